@@ -1,0 +1,88 @@
+"""The one way to compile a kernel.
+
+``@kernel`` is Numba's ``njit`` with the house's settings: compiled once and kept on disk, lock
+released (threads), NumPy's rules for division by zero. Only modules that hold kernels import this
+one, and they are imported where they are used: Numba costs half a second that ``import belvedere``
+must not pay.
+
+When compiling takes over a second in all, one line on the error stream says so, once.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from numba import njit
+from numba.core import event
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+Real = Any
+"""A scalar in a kernel: float32 by convention, float64 where the kernel says so."""
+
+NOTICE = "belvedere: compiling kernels (first run only) ...\n"
+NOTICE_AFTER_S = 1.0
+
+
+def kernel(function: Function) -> Function:
+    """Compile a pure loop over arrays and scalars.
+
+    A kernel takes arrays and writes arrays whose names start with ``out_``; it checks nothing,
+    allocates nothing large and knows no class. With ``NUMBA_DISABLE_JIT=1`` it runs as the plain
+    Python it is, so that overruns raise.
+    """
+    return njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[return-value]
+
+
+class _CompileNotice(event.Listener):
+    """Tells a waiting person, once, that the wait is a compilation."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._depth = 0
+        self._began = 0.0
+        self._spent = 0.0
+        self._said = False
+        self._timer: threading.Timer | None = None
+
+    def on_start(self, event: event.Event) -> None:
+        if self._said or not _is_ours(event):
+            return
+        with self._lock:
+            self._depth += 1
+            if self._depth == 1:
+                self._began = time.monotonic()
+                self._timer = threading.Timer(max(NOTICE_AFTER_S - self._spent, 0.0), self._say)
+                self._timer.daemon = True
+                self._timer.start()
+
+    def on_end(self, event: event.Event) -> None:
+        if self._said or not _is_ours(event):
+            return
+        with self._lock:
+            self._depth = max(self._depth - 1, 0)
+            if self._depth == 0 and self._timer is not None:
+                self._timer.cancel()
+                self._timer = None
+                self._spent += time.monotonic() - self._began
+
+    def _say(self) -> None:
+        with self._lock:
+            if not self._said:
+                self._said = True
+                sys.stderr.write(NOTICE)
+                sys.stderr.flush()
+
+
+def _is_ours(compile_event: event.Event) -> bool:
+    data = compile_event.data
+    dispatcher = data.get("dispatcher") if isinstance(data, dict) else None
+    module = getattr(getattr(dispatcher, "py_func", None), "__module__", "") or ""
+    return module.startswith("belvedere.")
+
+
+event.register("numba:compile", _CompileNotice())

@@ -20,7 +20,7 @@ from belvedere.ground.checks import (
 )
 from belvedere.ground.errors import BelvedereError, CameraError, InputError
 from belvedere.scene.pose import pose_matrix
-from strategies import F8, poses
+from tests.strategies import F8, poses
 
 
 def test_shapes_read_as_people_write_them() -> None:

@@ -16,7 +16,7 @@ from belvedere.ground.color import (
     srgb_to_linear,
 )
 from belvedere.ground.errors import InputError
-from strategies import numbers
+from tests.strategies import numbers
 
 BYTES = np.arange(256, dtype=np.uint8)
 

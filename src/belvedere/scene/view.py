@@ -1,0 +1,152 @@
+"""A picture that knows its depth, and a picture that came out of one.
+
+A `Frame` has a camera and disparity too, so it is a reference view again (`Frame.as_view`): warps
+chain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.checks import as_array, check_shape, shape_text
+from belvedere.ground.errors import ViewError
+from belvedere.scene.camera import Camera
+from belvedere.scene.camera_model import CameraModel
+
+F4 = npt.NDArray[np.float32]
+Color = npt.NDArray[Any]
+"""(H, W, 3|4) ``uint8`` sRGB-encoded, or ``float32`` linear radiance. Alpha is premultiplied."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReferenceView:
+    """A picture that knows where it was taken and how far each pixel is: input of every warp."""
+
+    camera: CameraModel
+    """Where it was taken; ``X = origin + ray(u, v) / disparity``."""
+    color: Color
+    """(H, W, 3) or (H, W, 4) ``uint8`` sRGB or ``float32`` linear radiance."""
+    disparity: F4
+    """(H, W) generalised disparity, 1/metre: 0 is infinitely far, larger nearer, NaN no sample."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.camera, CameraModel):
+            raise ViewError(
+                f"ReferenceView.camera is a {type(self.camera).__name__}, expected a camera such "
+                "as belvedere.Camera"
+            )
+        color = check_color("ReferenceView", self.color, self.camera.size)
+        disparity = _float_map("disparity", self.disparity, self.camera.size)
+        if bool((disparity < 0).any()) or bool(np.isinf(disparity).any()):
+            raise ViewError(
+                "ReferenceView.disparity has negative or infinite values, expected 1/Z >= 0 with "
+                "0 for infinitely far and NaN for no sample: ReferenceView.from_depth converts "
+                "depth"
+            )
+        object.__setattr__(self, "color", color)
+        object.__setattr__(self, "disparity", disparity)
+
+    @classmethod
+    def from_depth(cls, camera: Camera, color: Color, depth: npt.ArrayLike) -> ReferenceView:
+        """A view from z-depth, the distance along the camera's axis.
+
+        Args:
+            camera: planar camera.
+            color: (H, W, 3|4) ``uint8`` sRGB or ``float32`` linear.
+            depth: (H, W) metres as floating point; 0, NaN and infinity mean "no sample".
+
+        Raises:
+            ViewError: depth of another size, negative, or in whole numbers (millimetres?).
+        """
+        if not isinstance(camera, Camera):
+            raise ViewError(
+                f"ReferenceView.from_depth: camera is a {type(camera).__name__}, expected a planar "
+                "Camera: z-depth is measured along its axis"
+            )
+        metres = _float_map("depth", depth, camera.size)
+        if bool((metres < 0).any()):
+            raise ViewError(
+                "ReferenceView.depth has negative values, expected metres in front of the camera: "
+                "is the camera looking along -z (OpenGL)?"
+            )
+        with np.errstate(divide="ignore", over="ignore"):
+            disparity = np.float32(1.0) / metres
+        disparity[~np.isfinite(disparity) | ~np.isfinite(metres)] = np.nan
+        return cls(camera, color, disparity)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """What rendering gives: a picture, its depth, and which of its pixels are known."""
+
+    camera: CameraModel
+    """The desired camera it was made for."""
+    color: Color
+    """(H, W, 3|4), of the references' type; 0 in holes that were not filled."""
+    disparity: F4
+    """(H, W) generalised disparity of what is seen; NaN in holes that were not filled."""
+    coverage: F4
+    """(H, W) in [0, 1]: 0 where nothing is known, also in holes that were filled."""
+    filled: npt.NDArray[np.bool_] | None = None
+    """(H, W) True where colour was invented by hole filling; None when it was not asked for."""
+
+    @property
+    def holes(self) -> npt.NDArray[np.bool_]:
+        """(H, W) True where no reference saw anything."""
+        return self.coverage == 0
+
+    @property
+    def hole_fraction(self) -> float:
+        """Share of pixels that are holes, 0 to 1."""
+        return float(np.mean(self.coverage == 0))
+
+    def as_view(self) -> ReferenceView:
+        """This frame as a reference view, so that warps chain. Invented pixels are left out."""
+        if self.filled is None:
+            return ReferenceView(self.camera, self.color, self.disparity)
+        return ReferenceView(
+            self.camera, self.color, np.where(self.coverage > 0, self.disparity, np.float32(np.nan))
+        )
+
+
+def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
+    """``color`` as a contiguous (H, W, 3|4) ``uint8`` or ``float32`` array.
+
+    Raises:
+        ViewError: another shape, or a type whose meaning we would have to guess.
+    """
+    array = as_array(owner, "color", color, None)
+    if array.ndim != 3 or array.shape[2] not in (3, 4):
+        raise ViewError(
+            f"{owner}.color has shape {shape_text(array.shape)}, expected "
+            f"{shape_text((*size, 3))} or 4 channels: repeat a grey image three times"
+        )
+    check_shape(owner, "color", array, (*size, array.shape[2]), "resize it to its camera",
+                ViewError)  # fmt: skip
+    if array.dtype in (np.float64, np.float16):
+        array = array.astype(np.float32)
+    if array.dtype not in (np.uint8, np.float32):
+        raise ViewError(
+            f"{owner}.color is {array.dtype}, expected uint8 (sRGB) or float32 (linear radiance)"
+        )
+    return np.ascontiguousarray(array)
+
+
+def _float_map(name: str, values: npt.ArrayLike, size: tuple[int, int]) -> F4:
+    array = as_array("ReferenceView", name, values, None)
+    check_shape("ReferenceView", name, array, size, "resize it to its camera", ViewError)
+    if not np.issubdtype(array.dtype, np.floating):
+        raise ViewError(
+            f"ReferenceView.{name} is {array.dtype}, expected floating point: "
+            + (
+                "convert stored units to metres first (16-bit millimetres: depth * 0.001)"
+                if name == "depth"
+                else "disparity is 1/Z in 1/metre"
+            )
+        )
+    with np.errstate(over="ignore"):  # what float32 cannot hold is infinite
+        return np.ascontiguousarray(array, dtype=np.float32)

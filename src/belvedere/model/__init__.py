@@ -1,0 +1,26 @@
+"""Polygon models: ray casting with Embree, baked light, photographs with exact depth.
+
+The built-in house (`build_interior`) needs no files and gives the demo, the tests and the
+benchmarks references with ground truth. Embree: Wald et al. 2014; light gathered over the
+hemisphere after Goral et al. 1984.
+"""
+
+from belvedere.model.interior import Interior, build_interior
+from belvedere.model.light import Lamp, LightMap, LightSettings, bake
+from belvedere.model.model_scene import ModelScene
+from belvedere.model.photograph import LitModel, photograph
+from belvedere.model.raycast import Hits, RayCaster
+
+__all__ = [
+    "Hits",
+    "Interior",
+    "Lamp",
+    "LightMap",
+    "LightSettings",
+    "LitModel",
+    "ModelScene",
+    "RayCaster",
+    "bake",
+    "build_interior",
+    "photograph",
+]

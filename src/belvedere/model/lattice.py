@@ -1,0 +1,100 @@
+"""Lattices: where on each chart light is stored, and what it takes to keep it clean there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.model.charts import Charts
+
+F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int64]
+
+LIFT_M = 0.002
+"""How far above its surface a point gathers."""
+NARROW_M = 0.02
+"""A flat chart narrower than this has one row of lattice points along its middle."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lattice:
+    """Points on each chart, row by row: index ``first[k] + j * shape[k, 0] + i``."""
+
+    first: I4
+    """(K,) index of each chart's first point."""
+    shape: I4
+    """(K, 2) points along s and along t."""
+
+    @property
+    def size(self) -> int:
+        """How many points there are in all."""
+        return int(self.shape.astype(np.int64).prod(axis=1).sum())
+
+
+def make_lattice(
+    charts: Charts, spacing: float, most: int, wanted: npt.NDArray[np.bool_] | None = None
+) -> Lattice:
+    """Points every ``spacing`` metres, two or more each way; one in all where not ``wanted``."""
+    c = charts.corners
+    along = np.maximum(
+        np.linalg.norm(c[:, 1] - c[:, 0], axis=1), np.linalg.norm(c[:, 2] - c[:, 3], axis=1)
+    )
+    up = np.maximum(
+        np.linalg.norm(c[:, 3] - c[:, 0], axis=1), np.linalg.norm(c[:, 2] - c[:, 1], axis=1)
+    )
+    steps = np.ceil(np.stack([along, up], axis=1) / spacing - 1e-6)
+    shape = np.clip(steps, 1, most - 1).astype(np.int32) + 1
+    narrow = np.stack([along, up], axis=1) < NARROW_M
+    shape[narrow & ~charts.curved[:, None]] = 1
+    if wanted is not None:
+        shape[~wanted] = 1
+    size = shape.astype(np.int64).prod(axis=1)
+    first = np.concatenate([[0], np.cumsum(size)[:-1]]).astype(np.int32)
+    return Lattice(first, shape)
+
+
+def lattice_points(charts: Charts, lattice: Lattice) -> tuple[F4, F4, I4]:
+    """(P, 3) positions just above the charts, (P, 3) normals, (P,) chart of each point."""
+    from belvedere.model import _light_kernels
+
+    points = np.empty((lattice.size, 3), dtype=np.float32)
+    normals, chart = np.empty_like(points), np.empty(lattice.size, dtype=np.int32)
+    _light_kernels.lattice_points(
+        charts.corners, charts.normals, charts.curved, lattice.first, lattice.shape, LIFT_M,
+        points, normals, chart,
+    )  # fmt: skip
+    return points, normals, chart
+
+
+def shared_points(points: F4, normals: F4) -> tuple[I8, I8]:
+    """Points that several charts of a curved surface share: one index each, and the way back."""
+    grid = np.rint(np.concatenate([points * 2e4, normals * 100.0], axis=1)).astype(np.int64)
+    key = np.zeros(len(grid), dtype=np.uint64)
+    for k in range(6):  # FNV-1a over whole numbers
+        key = (key ^ grid[:, k].view(np.uint64)) * np.uint64(0x100000001B3)
+        key ^= key >> np.uint64(29)
+    _, one, copies = np.unique(key, return_index=True, return_inverse=True)
+    return one, copies
+
+
+def in_cutouts(charts: Charts, lattice: Lattice, chart: I4, place: I4) -> npt.NDArray[np.bool_]:
+    """(P,) whether a point lies where its chart has no surface; ``place`` counts in its chart."""
+    ns, nt = lattice.shape[chart, 0], lattice.shape[chart, 1]
+    s, t = (place % ns) / np.maximum(ns - 1, 1), (place // ns) / np.maximum(nt - 1, 1)
+    inside = np.zeros(len(chart), dtype=bool)
+    for k, s0, t0, s1, t1 in charts.cutouts:
+        inside |= (chart == int(k)) & (s > s0) & (s < s1) & (t > t0) & (t < t1)
+    return inside
+
+
+def smoothed(lattice: Lattice, valid: npt.NDArray[np.bool_], light: F4) -> F4:
+    """(P, 3) light averaged over valid neighbours; points that are not valid take the nearest."""
+    from belvedere.model import _light_kernels
+
+    result = np.empty_like(light)
+    _light_kernels.smooth_lattice(lattice.first, lattice.shape, valid, light, result)
+    _light_kernels.fill_lattice(lattice.first, lattice.shape, result)
+    return result

@@ -1,0 +1,128 @@
+"""Kernels that join the layers of several references, and bytes with linear radiance."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.jit import Real, kernel
+
+F4 = npt.NDArray[np.float32]
+U1 = npt.NDArray[np.uint8]
+
+ZERO = np.float32(0.0)
+ONE = np.float32(1.0)
+
+
+@kernel
+def decode(color: U1, table: F4, out_linear: F4) -> None:
+    """Linear RGBA of (rows, width, 3|4) bytes; alpha is scaled to [0, 1], 0 where there is none.
+
+    out_linear is (rows, width, 4).
+    """
+    rows, width, channels = color.shape
+    for y in range(rows):
+        for x in range(width):
+            for k in range(3):
+                out_linear[y, x, k] = table[color[y, x, k]]
+            alpha = np.float32(color[y, x, 3]) / np.float32(255.0) if channels == 4 else ZERO
+            out_linear[y, x, 3] = alpha
+
+
+@kernel
+def encode(linear: F4, table: U1, out_color: U1) -> None:
+    """Bytes (rows, width, 3|4) of linear RGBA; see `ground.color.LINEAR_TO_SRGB8`."""
+    rows, width, channels = out_color.shape
+    top = np.float32(table.shape[0] - 1)
+    for y in range(rows):
+        for x in range(width):
+            for k in range(3):
+                value = min(max(linear[y, x, k], ZERO), ONE)
+                out_color[y, x, k] = table[int(np.sqrt(value) * top + np.float32(0.5))]
+            if channels == 4:
+                value = min(max(linear[y, x, 3], ZERO), ONE)
+                out_color[y, x, 3] = np.uint8(value * np.float32(255.0) + np.float32(0.5))
+
+
+@kernel
+def overlay(
+    colors: F4, disparities: F4, coverages: F4,
+    out_color: F4, out_disparity: F4, out_coverage: F4,
+) -> None:  # fmt: skip
+    """The nearest reference over the farther ones, pixel by pixel, without comparing depths.
+
+    Layers (n, rows, width[, 4]) come nearest first; a disparity of -1 is uncovered.
+    """
+    count, rows, width, _ = colors.shape
+    for y in range(rows):
+        for x in range(width):
+            out_disparity[y, x] = np.float32(-1.0)
+            out_coverage[y, x] = ZERO
+            for k in range(4):
+                out_color[y, x, k] = ZERO
+            for n in range(count):
+                if disparities[n, y, x] >= ZERO:
+                    out_disparity[y, x] = disparities[n, y, x]
+                    out_coverage[y, x] = coverages[n, y, x]
+                    for k in range(4):
+                        out_color[y, x, k] = colors[n, y, x, k]
+                    break
+
+
+@kernel
+def blend(
+    colors: F4, disparities: F4, coverages: F4, weights: F4, tolerance: Real,
+    out_color: F4, out_disparity: F4, out_coverage: F4,
+) -> None:  # fmt: skip
+    """The surface in front, averaged over every reference that sees it.
+
+    Args:
+        colors: (n, rows, width, 4) linear.
+        disparities: (n, rows, width), -1 = uncovered.
+        coverages: (n, rows, width).
+        weights: (n,) one per reference.
+        tolerance: relative difference in disparity up to which two layers show one surface.
+        out_color: (rows, width, 4) weighted mean.
+        out_disparity: (rows, width) weighted mean, -1 = uncovered.
+        out_coverage: (rows, width) the best of those that took part.
+    """
+    count, rows, width, _ = colors.shape
+    for y in range(rows):
+        for x in range(width):
+            front = np.float32(-1.0)
+            for n in range(count):
+                front = max(front, disparities[n, y, x])
+            out_disparity[y, x] = front
+            out_coverage[y, x] = ZERO
+            for k in range(4):
+                out_color[y, x, k] = ZERO
+            if front < ZERO:
+                continue
+            limit = front * np.float32(1.0 - tolerance)
+            total, depth, best = ZERO, ZERO, ZERO
+            for n in range(count):
+                delta = disparities[n, y, x]
+                if delta < ZERO or delta < limit:
+                    continue
+                weight = weights[n] * max(coverages[n, y, x], np.float32(1e-3))
+                total += weight
+                depth += weight * delta
+                best = max(best, coverages[n, y, x])
+                for k in range(4):
+                    out_color[y, x, k] += weight * colors[n, y, x, k]
+            scale = ONE / total
+            for k in range(4):
+                out_color[y, x, k] *= scale
+            out_disparity[y, x] = depth * scale
+            out_coverage[y, x] = best
+
+
+@kernel
+def finish(disparity: F4, coverage: F4) -> None:
+    """Turn uncovered disparity, -1, into NaN, with coverage 0."""
+    rows, width = disparity.shape
+    for y in range(rows):
+        for x in range(width):
+            if not disparity[y, x] >= ZERO:
+                disparity[y, x] = np.float32(np.nan)
+                coverage[y, x] = ZERO

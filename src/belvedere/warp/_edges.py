@@ -1,0 +1,240 @@
+"""Kernels that find where neighbouring samples belong to different surfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.jit import Real, kernel
+from belvedere.warp._tiles import TILE
+
+F4 = npt.NDArray[np.float32]
+U1 = npt.NDArray[np.uint8]
+
+RIGHT = 1
+"""Bit: the sample and its right neighbour lie on one surface."""
+DOWN = 2
+"""Bit: the sample and the one below lie on one surface."""
+MIXED = 4
+"""Bit: a false sample between two surfaces, as scanners and resampling leave at silhouettes."""
+
+
+@kernel
+def slope_explains(jump: Real, first: Real, second: Real) -> bool:
+    """Whether a steep jump continues two equal steps beside it: a slanted surface, not an edge."""
+    near = 0.25 * abs(jump)
+    return abs(jump - first) <= near and abs(first - second) <= near
+
+
+@kernel
+def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
+    """Whether sample (v, u) and its neighbour at (v + dv, u + du) lie on one surface.
+
+    Disparity is affine along any image line that crosses one plane, so a jump is no edge if it is
+    small or if two more steps on either side continue it.
+    """
+    height, width = d.shape
+    p, q = d[v, u], d[v + dv, u + du]
+    if np.isnan(p) or np.isnan(q):
+        return False
+    jump = q - p
+    if abs(jump) <= tolerance * max(p, q):
+        return True
+    v2, u2 = v - 2 * dv, u - 2 * du
+    if v2 >= 0 and u2 >= 0:
+        a = d[v - dv, u - du]
+        if slope_explains(jump, p - a, a - d[v2, u2]):
+            return True
+    v3, u3 = v + 3 * dv, u + 3 * du
+    if v3 < height and u3 < width:
+        b = d[v + 2 * dv, u + 2 * du]
+        if slope_explains(jump, b - q, d[v3, u3] - b):
+            return True
+    return False
+
+
+@kernel
+def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: U1) -> None:
+    """RIGHT and DOWN bits of rows [row_low, row_high).
+
+    disparity is (H, W), out is (H, W).
+    """
+    height, width = disparity.shape
+    for v in range(row_low, row_high):
+        for u in range(width):
+            bits = 0
+            if u + 1 < width and linked(disparity, v, u, 0, 1, tolerance):
+                bits |= RIGHT
+            if v + 1 < height and linked(disparity, v, u, 1, 0, tolerance):
+                bits |= DOWN
+            out[v, u] = bits
+
+
+@kernel
+def step_to_sample(d: F4, v: int, u: int, dv: int, du: int, most: int) -> int:
+    """Steps from (v, u) to the next sample in a direction, or 0 if ``most`` do not reach one."""
+    for step in range(1, most + 1):
+        v2, u2 = v + step * dv, u + step * du
+        if v2 < 0 or u2 < 0 or v2 >= d.shape[0] or u2 >= d.shape[1]:
+            return 0
+        if not np.isnan(d[v2, u2]):
+            return step
+    return 0
+
+
+@kernel
+def bridge_gaps(
+    disparity: F4, widest: int, tolerance: Real, row_low: int, row_high: int, out: F4
+) -> None:
+    """Give missing samples the disparity of the surface that goes on at both sides of the gap.
+
+    Sensors leave seams and specks without depth in the middle of a surface. Where the samples on
+    two opposite sides of a gap agree, the surface is taken to run through; where they do not, there
+    is an edge, and nothing is made up.
+
+    Args:
+        disparity: (H, W), NaN where missing.
+        widest: missing samples in a row or column that are bridged at most.
+        tolerance: relative difference in disparity of samples that agree.
+        row_low: first row to do.
+        row_high: row after the last.
+        out: (H, W), written in those rows.
+    """
+    width = disparity.shape[1]
+    for v in range(row_low, row_high):
+        for u in range(width):
+            out[v, u] = disparity[v, u]
+            if not np.isnan(disparity[v, u]):
+                continue
+            total, weights = np.float32(0.0), np.float32(0.0)
+            for axis in range(2):
+                dv, du = axis, 1 - axis
+                back = step_to_sample(disparity, v, u, -dv, -du, widest)
+                ahead = step_to_sample(disparity, v, u, dv, du, widest)
+                if back == 0 or ahead == 0 or back + ahead - 1 > widest:
+                    continue
+                a = disparity[v - back * dv, u - back * du]
+                b = disparity[v + ahead * dv, u + ahead * du]
+                if abs(a - b) <= tolerance * max(a, b):
+                    span = np.float32(back + ahead)
+                    value = (a * np.float32(ahead) + b * np.float32(back)) / span
+                    total += value / span
+                    weights += np.float32(1.0) / span
+            if weights > 0:
+                out[v, u] = total / weights
+
+
+@kernel
+def between(low: Real, middle: Real, high: Real) -> bool:
+    """Whether the middle value lies strictly between its neighbours, in either direction."""
+    return (low < middle < high) or (low > middle > high)
+
+
+@kernel
+def mark_mixed(disparity: F4, row_low: int, row_high: int, out: U1) -> None:
+    """MIXED bits: unlinked on two opposite sides, with a disparity between theirs.
+
+    A thin object also stands unlinked on both sides, but nearer than both, and is kept.
+    """
+    height, width = disparity.shape
+    for v in range(row_low, row_high):
+        for u in range(width):
+            d = disparity[v, u]
+            if np.isnan(d):
+                continue
+            across = (
+                0 < u < width - 1
+                and not out[v, u] & RIGHT
+                and not out[v, u - 1] & RIGHT
+                and between(disparity[v, u - 1], d, disparity[v, u + 1])
+            )
+            along = (
+                0 < v < height - 1
+                and not out[v, u] & DOWN
+                and not out[v - 1, u] & DOWN
+                and between(disparity[v - 1, u], d, disparity[v + 1, u])
+            )
+            if across or along:
+                out[v, u] |= MIXED
+
+
+@kernel
+def usable(disparity: F4, links: U1, v: int, u: int) -> bool:
+    """Whether (v, u) is inside the image and holds a true sample."""
+    if v < 0 or u < 0 or v >= disparity.shape[0] or u >= disparity.shape[1]:
+        return False
+    return not np.isnan(disparity[v, u]) and not links[v, u] & MIXED
+
+
+@kernel
+def intact(disparity: F4, links: U1, v: int, u: int) -> bool:
+    """Whether the cell between (v, u) and (v + 1, u + 1) is one piece of surface."""
+    if v < 0 or u < 0 or v + 1 >= disparity.shape[0] or u + 1 >= disparity.shape[1]:
+        return False
+    top, bottom, right = links[v, u], links[v + 1, u], links[v, u + 1]
+    return (
+        bool(top & RIGHT) and bool(top & DOWN) and bool(bottom & RIGHT) and bool(right & DOWN)
+        and not (top | bottom | right | links[v + 1, u + 1]) & MIXED
+    )  # fmt: skip
+
+
+@kernel
+def joined(links: U1, v: int, u: int, dv: int, du: int) -> bool:
+    """Whether (v, u) is linked to its neighbour in direction (dv, du), one of them +-1."""
+    v2, u2 = v + dv, u + du
+    if v2 < 0 or u2 < 0 or v2 >= links.shape[0] or u2 >= links.shape[1]:
+        return False
+    bit = RIGHT if du != 0 else DOWN
+    owner = links[min(v, v2), min(u, u2)]
+    return bool(owner & bit) and not links[v2, u2] & MIXED
+
+
+@kernel
+def slope_toward(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Real:
+    """Change of disparity per pixel from (v, u) toward (dv, du), on its own surface.
+
+    The linked neighbour on that side, else the linked one on the other side continued, else flat.
+    """
+    if joined(links, v, u, dv, du):
+        return disparity[v + dv, u + du] - disparity[v, u]
+    if joined(links, v, u, -dv, -du):
+        return disparity[v, u] - disparity[v - dv, u - du]
+    return np.float32(0.0)
+
+
+@kernel
+def surface_range(
+    disparity: F4, links: U1, tile_row_low: int, tile_row_high: int, out_low: F4, out_high: F4
+) -> None:
+    """Smallest and largest disparity of what "mesh" and "offset" draw of each tile.
+
+    A sample is drawn half a pixel around it, with the slope of its surface: on a steep one that
+    reaches beyond the disparities of the samples themselves.
+
+    Args:
+        disparity: (H, W), small gaps bridged.
+        links: (H, W) bits.
+        tile_row_low: first row of tiles to do.
+        tile_row_high: row of tiles after the last.
+        out_low: (ceil(H / TILE), ceil(W / TILE)).
+        out_high: same; high < low where a tile has no sample.
+    """
+    height, width = disparity.shape
+    half = np.float32(0.5)
+    for tv in range(tile_row_low, tile_row_high):
+        for tu in range(out_low.shape[1]):
+            low, high = np.float32(np.inf), np.float32(-np.inf)
+            # the cells of a tile end at the first samples of the next
+            for v in range(tv * TILE, min((tv + 1) * TILE + 1, height)):
+                for u in range(tu * TILE, min((tu + 1) * TILE + 1, width)):
+                    if not usable(disparity, links, v, u):
+                        continue
+                    right = abs(slope_toward(disparity, links, v, u, 0, 1))
+                    left = abs(slope_toward(disparity, links, v, u, 0, -1))
+                    down = abs(slope_toward(disparity, links, v, u, 1, 0))
+                    up = abs(slope_toward(disparity, links, v, u, -1, 0))
+                    reach = half * (max(right, left) + max(down, up))
+                    low = min(low, max(disparity[v, u] - reach, np.float32(0.0)))
+                    high = max(high, disparity[v, u] + reach)
+            out_low[tv, tu] = low
+            out_high[tv, tu] = high

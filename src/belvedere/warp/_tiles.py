@@ -1,0 +1,122 @@
+"""Kernels that cut a reference image into tiles and bound where each tile can land."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.jit import Real, kernel
+
+F4 = npt.NDArray[np.float32]
+F8 = npt.NDArray[np.float64]
+I4 = npt.NDArray[np.int32]
+
+TILE = 32
+"""Pixels along a tile's side: its samples and what they paint stay in the first-level cache."""
+
+FIELDS = 8
+"""Columns of the tile table: u_first, u_end, u_step, v_first, v_end, v_step, row_low, row_high."""
+
+
+@kernel
+def disparity_range(disparity: F4, out_low: F4, out_high: F4) -> None:
+    """Smallest and largest disparity of each tile and the pixels next to it.
+
+    disparity is (H, W); the outputs are (ceil(H / TILE), ceil(W / TILE)), high < low where a tile
+    has no sample. One pixel beyond each side counts too, since cells span two pixels.
+    """
+    height, width = disparity.shape
+    for tv in range(out_low.shape[0]):
+        for tu in range(out_low.shape[1]):
+            low, high = np.float32(np.inf), np.float32(-np.inf)
+            for v in range(max(tv * TILE - 1, 0), min((tv + 1) * TILE + 1, height)):
+                for u in range(max(tu * TILE - 1, 0), min((tu + 1) * TILE + 1, width)):
+                    delta = disparity[v, u]
+                    low = delta if delta < low else low
+                    high = delta if delta > high else high
+            out_low[tv, tu] = low
+            out_high[tv, tu] = high
+
+
+@kernel
+def landing_rows(
+    warp: F8, u_low: int, u_high: int, v_low: int, v_high: int, low: Real, high: Real,
+    width: int, height: int, pad: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Rows [first, end) of the desired view that a tile can reach; empty when it cannot.
+
+    A tile and its range of disparity form a box in (u, v, delta), and the warp is projective, so
+    the image of the box lies in the hull of its eight warped corners, provided all have t > 0.
+    """
+    x_low, x_high, y_low, y_high = np.inf, -np.inf, np.inf, -np.inf
+    behind = 0
+    for corner in range(8):
+        u = u_high + 0.5 if corner & 1 else u_low - 1.0
+        v = v_high + 0.5 if corner & 2 else v_low - 1.0
+        delta = high if corner & 4 else low
+        t = warp[2, 0] * u + warp[2, 1] * v + warp[2, 2] + warp[2, 3] * delta
+        if t <= 1e-12:
+            behind += 1
+            continue
+        x = (warp[0, 0] * u + warp[0, 1] * v + warp[0, 2] + warp[0, 3] * delta) / t
+        y = (warp[1, 0] * u + warp[1, 1] * v + warp[1, 2] + warp[1, 3] * delta) / t
+        x_low, x_high = min(x_low, x), max(x_high, x)
+        y_low, y_high = min(y_low, y), max(y_high, y)
+    if behind == 8:
+        return 0, 0
+    if behind > 0:  # the box reaches through the eye's plane: no bound
+        return 0, height
+    if x_high < -pad or x_low > width - 1 + pad or y_high < -pad or y_low > height - 1 + pad:
+        return 0, 0
+    return int(max(np.floor(y_low) - pad, 0)), int(min(np.ceil(y_high) + pad + 1, height))
+
+
+@kernel
+def list_tiles(
+    sheets: I4, low: F4, high: F4, warp: F8, width: int, height: int, pad: int, out_tiles: I4
+) -> int:
+    """Write the tiles that can reach the desired view, in occlusion-compatible order.
+
+    Args:
+        sheets: (S, 6) u_low, u_high, u_step, v_low, v_high, v_step.
+        low: per-tile smallest disparity, from `disparity_range`.
+        high: per-tile largest disparity.
+        warp: (3, 4) float64.
+        width: of the desired view.
+        height: of the desired view.
+        pad: pixels that a sample paints beyond where it lands.
+        out_tiles: (n, FIELDS), large enough for every tile of every sheet.
+
+    Returns:
+        How many tiles were written. If A comes before B in both scan directions, so does A's tile
+        before B's: going tile by tile keeps the order compatible.
+    """
+    count = 0
+    for sheet in range(sheets.shape[0]):
+        u_low, u_high, u_step = sheets[sheet, 0], sheets[sheet, 1], sheets[sheet, 2]
+        v_low, v_high, v_step = sheets[sheet, 3], sheets[sheet, 4], sheets[sheet, 5]
+        tu_low, tu_high = u_low // TILE, (u_high - 1) // TILE
+        tv_low, tv_high = v_low // TILE, (v_high - 1) // TILE
+        for i in range(tv_high - tv_low + 1):
+            tv = tv_low + i if v_step > 0 else tv_high - i
+            for j in range(tu_high - tu_low + 1):
+                tu = tu_low + j if u_step > 0 else tu_high - j
+                if not low[tv, tu] <= high[tv, tu]:
+                    continue
+                u0, u1 = max(u_low, tu * TILE), min(u_high, (tu + 1) * TILE)
+                v0, v1 = max(v_low, tv * TILE), min(v_high, (tv + 1) * TILE)
+                first, end = landing_rows(
+                    warp, u0, u1, v0, v1, low[tv, tu], high[tv, tu], width, height, pad
+                )
+                if first >= end:
+                    continue
+                out_tiles[count, 0] = u0
+                out_tiles[count, 1] = u1
+                out_tiles[count, 2] = u_step
+                out_tiles[count, 3] = v0
+                out_tiles[count, 4] = v1
+                out_tiles[count, 5] = v_step
+                out_tiles[count, 6] = first
+                out_tiles[count, 7] = end
+                count += 1
+    return count

@@ -1,0 +1,192 @@
+"""What a warp needs of a reference view, whatever the desired camera: computed once, kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.checks import check_integer, check_number
+from belvedere.ground.color import SRGB8_TO_LINEAR
+from belvedere.ground.errors import ViewError
+from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.scene import Camera, ReferenceView
+from belvedere.warp.equation import planar
+
+EDGE_TOLERANCE = 0.05
+"""Relative jump in disparity between neighbouring samples that is still one surface. Sensor noise
+and creases stay below, depth edges of rooms and streets above (spec offset-buffer-warping 3.1)."""
+
+BRIDGE = 3
+"""Missing samples in a row that are bridged where both sides agree. Registered depth has seams of
+one sample, and sensors specks of two or three."""
+BRIDGE_PASSES = 2
+"""The first closes seams, the second what is left where two seams cross."""
+
+
+@dataclass(eq=False)
+class PreparedView:
+    """A reference view with its tile bounds, edges and linear colour.
+
+    Made by `prepare`; `warp` accepts it wherever it accepts a view, and then skips that work. It
+    holds the view's pixels as they were: prepare again after changing them.
+
+    Memory: 5 bytes a sample for surfaces and edges, and 16 for linear colour, both only once a
+    reconstruction that needs them was used.
+    """
+
+    view: ReferenceView
+    camera: Camera
+    tile_low: npt.NDArray[np.float32]
+    """(tiles down, tiles across) smallest disparity of each tile."""
+    tile_high: npt.NDArray[np.float32]
+    """The largest; below the smallest where a tile has no sample."""
+    edge_tolerance: float = EDGE_TOLERANCE
+    bridge: int = BRIDGE
+    _surface: npt.NDArray[np.float32] | None = field(default=None, repr=False)
+    _links: npt.NDArray[np.uint8] | None = field(default=None, repr=False)
+    _surface_range: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = field(
+        default=None, repr=False
+    )
+    _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
+
+    @property
+    def color(self) -> npt.NDArray[Any]:
+        """(H, W, C) as the view has it."""
+        return self.view.color
+
+    @property
+    def disparity(self) -> npt.NDArray[np.float32]:
+        """(H, W)."""
+        return self.view.disparity
+
+    def surface(self, threads: int | None = None) -> npt.NDArray[np.float32]:
+        """(H, W) disparity with small gaps inside a surface bridged (see `prepare`)."""
+        if self._surface is None:
+            surface = self.disparity
+            if self.bridge > 0 and bool(np.isnan(surface).any()):
+                for _ in range(BRIDGE_PASSES):
+                    surface = self._bridged(surface, threads)
+            self._surface = surface  # once it is whole: another thread may be warping this view
+        return self._surface
+
+    def _bridged(
+        self, disparity: npt.NDArray[np.float32], threads: int | None
+    ) -> npt.NDArray[np.float32]:
+        from belvedere.warp import _edges
+
+        out = np.empty(disparity.shape, np.float32)
+
+        def bridge(band: tuple[int, int]) -> None:
+            _edges.bridge_gaps(disparity, self.bridge, self.edge_tolerance, *band, out)
+
+        run_parallel(bridge, row_bands(disparity.shape[0], thread_count(threads)), threads)
+        return out
+
+    def links(self, threads: int | None = None) -> npt.NDArray[np.uint8]:
+        """(H, W) which neighbours share a surface; bits RIGHT, DOWN, MIXED of `_edges`."""
+        if self._links is None:
+            from belvedere.warp import _edges
+
+            disparity = self.surface(threads)
+            out = np.empty(disparity.shape, np.uint8)
+            bands = row_bands(disparity.shape[0], thread_count(threads))
+
+            def link(band: tuple[int, int]) -> None:
+                _edges.link_samples(disparity, self.edge_tolerance, *band, out)
+
+            def mark(band: tuple[int, int]) -> None:
+                _edges.mark_mixed(disparity, *band, out)
+
+            run_parallel(link, bands, threads)
+            run_parallel(mark, bands, threads)
+            self._links = out
+        return self._links
+
+    def surface_range(
+        self, threads: int | None = None
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+        """As ``tile_low`` and ``tile_high``, but of the surfaces that join samples."""
+        if self._surface_range is None:
+            from belvedere.warp import _edges
+
+            disparity, links = self.surface(threads), self.links(threads)
+            low, high = np.empty_like(self.tile_low), np.empty_like(self.tile_high)
+
+            def measure(band: tuple[int, int]) -> None:
+                _edges.surface_range(disparity, links, *band, low, high)
+
+            run_parallel(measure, row_bands(low.shape[0], thread_count(threads)), threads)
+            self._surface_range = low, high
+        return self._surface_range
+
+    def linear(self, threads: int | None = None) -> npt.NDArray[np.float32]:
+        """(H, W, 4) linear ``float32`` colour; the fourth channel is alpha, or 0 without one."""
+        if self._linear is None:
+            self._linear = linear_rgba(self.color, threads)
+        return self._linear
+
+
+def prepare(
+    view: ReferenceView | PreparedView,
+    edge_tolerance: float = EDGE_TOLERANCE,
+    bridge: int = BRIDGE,
+) -> PreparedView:
+    """Do once what warps of the same view would repeat.
+
+    Args:
+        view: a reference view with a planar camera; a prepared one is returned as it is.
+        edge_tolerance: relative jump in disparity that still counts as one surface.
+        bridge: missing samples in a row that "mesh" and "offset" take to lie on the surface round
+            them, if both ends agree; 0 leaves every gap open. "point" and "splat" show samples
+            only.
+
+    Raises:
+        InputError: a negative tolerance or bridge.
+        CameraError: the view's camera is not planar.
+        ViewError: it is no reference view.
+    """
+    if isinstance(view, PreparedView):
+        return view
+    if not isinstance(view, ReferenceView):
+        raise ViewError(
+            f"prepare.view is a {type(view).__name__}, expected a ReferenceView "
+            "(a Frame becomes one with as_view())"
+        )
+    from belvedere.warp import _tiles
+
+    camera = planar(view.camera, "reference")
+    shape = tuple(-(-side // _tiles.TILE) for side in view.disparity.shape)
+    low, high = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    _tiles.disparity_range(view.disparity, low, high)
+    check_number("prepare", "edge_tolerance", edge_tolerance, 0.0, 1.0)
+    check_integer("prepare", "bridge", bridge, 0, 64)
+    return PreparedView(view, camera, low, high, edge_tolerance, bridge)
+
+
+def linear_rgba(color: npt.NDArray[Any], threads: int | None = None) -> npt.NDArray[np.float32]:
+    """(H, W, 4) linear ``float32`` of (H, W, 3|4) ``uint8`` sRGB or ``float32`` linear colour."""
+    if color.dtype == np.float32 and color.shape[2] == 4:
+        return color
+    out = np.empty((*color.shape[:2], 4), np.float32)
+    if color.dtype == np.float32:
+        out[..., :3] = color
+        out[..., 3] = 0.0
+        return out
+    from belvedere.warp import _compose
+
+    def decode(band: tuple[int, int]) -> None:
+        rows = slice(*band)
+        _compose.decode(color[rows], SRGB8_TO_LINEAR, out[rows])
+
+    run_parallel(decode, row_bands(color.shape[0], thread_count(threads)), threads)
+    return out
+
+
+def row_bands(height: int, count: int) -> list[tuple[int, int]]:
+    """``[0, height)`` cut into at most ``count`` runs of nearly equal length."""
+    edges = np.linspace(0, height, min(count, height) + 1).astype(int)
+    return [(int(low), int(high)) for low, high in pairwise(edges)]

@@ -1,0 +1,246 @@
+"""`warp`: show one or several reference views from a desired camera."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.color import LINEAR_TO_SRGB8
+from belvedere.ground.errors import InputError, ViewError
+from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
+from belvedere.warp.equation import epipole, planar, warp_matrix
+from belvedere.warp.order import occlusion_compatible_sheets
+from belvedere.warp.prepare import PreparedView, linear_rgba, prepare, row_bands
+from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
+
+F4 = npt.NDArray[np.float32]
+
+BANDS_PER_THREAD = 3
+"""Bands are handed to whichever thread is free; a few per thread even out their loads."""
+
+NEARNESS_FLOOR = 0.05
+"""Share of the mean distance below which being nearer to the desired eye adds no more weight."""
+
+
+def warp(
+    views: ReferenceView | PreparedView | Iterable[ReferenceView | PreparedView],
+    camera: CameraModel,
+    *,
+    threads: int | None = None,
+    options: WarpOptions | None = None,
+    **choices: Any,
+) -> Frame:
+    """Show reference views from a desired camera by 3D image warping.
+
+    ::
+
+        frame = warp(view, camera)
+        frame = warp([left, right], camera, reconstruction="splat", fill="background")
+
+    Args:
+        views: one reference view or several; with several, each desired pixel shows the surface in
+            front, blended from all that see it (``composite="blend"``) or taken from the reference
+            whose center is nearest (``composite="nearest"``).
+        camera: planar camera to fill; any pose and size, same world.
+        threads: how many to use, by default as many as there are processors. The result does not
+            depend on it.
+        options: every choice in one `WarpOptions`.
+        choices: or single fields of `WarpOptions` by name: ``reconstruction`` ("point", "splat",
+            "mesh", "offset"), ``visibility`` ("order", "zbuffer"), ``composite``, ``fill``,
+            ``surface_tolerance``, ``splat``, ``offset``.
+
+    Returns:
+        A frame of the camera's size: colour of the references' type, disparity (so that warps
+        chain), coverage (0 in holes), and with ``fill="background"`` the mask of invented pixels.
+
+    Raises:
+        InputError: an unknown option or value.
+        CameraError: a camera that is not planar.
+        ViewError: no view, or views whose colours differ in type or channels.
+
+    Memory: for each reference 20 bytes a pixel of the bands in work (see `BANDS_PER_THREAD`), and
+    for ``offset`` 68 more.
+
+    Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
+    offset-buffer-warping 3.
+    """
+    chosen = merge_options(options, choices)
+    desired = planar(camera, "desired")
+    prepared = nearest_first(_prepared(views), desired)
+    passages = [_passage(one, desired, chosen, threads) for one in prepared]
+
+    color = np.empty((*desired.size, prepared[0].color.shape[2]), prepared[0].color.dtype)
+    disparity = np.empty(desired.size, np.float32)
+    coverage = np.empty(desired.size, np.float32)
+    weights = nearness_weights(prepared, desired)
+    count = thread_count(threads)
+
+    def work(rows: tuple[int, int]) -> None:
+        band = slice(*rows)
+        _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
+
+    bands = row_bands(desired.height, 1 if count == 1 else count * BANDS_PER_THREAD)
+    run_parallel(work, bands, threads)
+    frame = Frame(desired, color, disparity, coverage)
+    if chosen.fill == "background":
+        from belvedere.warp.holes import fill_background
+
+        return fill_background(frame)
+    return frame
+
+
+def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpOptions:
+    """``options`` with single fields replaced.
+
+    Raises:
+        InputError: a name that is no field, or a value it does not take.
+    """
+    known = {field.name for field in fields(WarpOptions)}
+    unknown = sorted(set(choices) - known)
+    if unknown:
+        raise InputError(
+            f"warp has no option {unknown[0]!r}, expected one of "
+            + ", ".join(["threads", *sorted(known)])
+        )
+    if options is not None and not isinstance(options, WarpOptions):
+        raise InputError(
+            f"warp.options is a {type(options).__name__}, expected WarpOptions: single choices are "
+            'named, such as reconstruction="point"'
+        )
+    base = options or WarpOptions()
+    return WarpOptions(**{name: choices.get(name, getattr(base, name)) for name in known})
+
+
+def _prepared(
+    views: ReferenceView | PreparedView | Iterable[ReferenceView | PreparedView],
+) -> list[PreparedView]:
+    if isinstance(views, ReferenceView | PreparedView):
+        views = [views]
+    if not isinstance(views, Iterable):
+        hint = " (a Frame becomes one with as_view())" if isinstance(views, Frame) else ""
+        raise ViewError(
+            f"warp.views is a {type(views).__name__}, expected a ReferenceView or several{hint}"
+        )
+    held = list(views)
+    if not held:
+        raise ViewError("warp.views is empty, expected at least one reference view")
+    for index, view in enumerate(held):
+        if not isinstance(view, ReferenceView | PreparedView):
+            raise ViewError(
+                f"warp.views[{index}] is a {type(view).__name__}, expected a ReferenceView "
+                "(a Frame becomes one with as_view())"
+            )
+    prepared = [prepare(view) for view in held]
+    kinds = {(str(one.color.dtype), one.color.shape[2]) for one in prepared}
+    if len(kinds) > 1:
+        texts = " and ".join(f"{dtype} x {channels}" for dtype, channels in sorted(kinds))
+        raise ViewError(
+            f"warp.views mix colours of type {texts}: convert them to one (uint8 is sRGB-encoded, "
+            "float32 is linear radiance; see belvedere.ground.color_to_linear)"
+        )
+    return prepared
+
+
+def nearest_first(views: Sequence[PreparedView], desired: Camera) -> list[PreparedView]:
+    """Views by the distance of their center from the desired eye; ties keep the given order."""
+    return sorted(views, key=lambda one: float(np.linalg.norm(one.camera.center - desired.center)))
+
+
+def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
+    """(n,) blending weights, one over the squared distance to the desired eye, summing to 1."""
+    distance = np.array([np.linalg.norm(one.camera.center - desired.center) for one in views])
+    floor = NEARNESS_FLOOR * distance.mean() or 1.0
+    weights = 1.0 / (distance**2 + floor**2)
+    return (weights / weights.sum()).astype(np.float32)
+
+
+def _passage(
+    prepared: PreparedView, desired: Camera, options: WarpOptions, threads: int | None
+) -> Passage:
+    from belvedere.warp import _tiles
+
+    reconstructor = RECONSTRUCTORS[options.reconstruction]
+    matrix = warp_matrix(prepared.camera, desired)
+    height, width = prepared.disparity.shape
+    sheets = np.array(
+        [
+            (s.u_low, s.u_high, s.u_step, s.v_low, s.v_high, s.v_step)
+            for s in occlusion_compatible_sheets(epipole(prepared.camera, desired), width, height)
+        ],
+        np.int32,
+    )
+    low, high = prepared.tile_low, prepared.tile_high
+    if reconstructor.joins:
+        low, high = prepared.surface_range(threads)
+    across, down = low.shape[1] + 1, low.shape[0] + 1
+    tiles = np.empty((across * down, _tiles.FIELDS), np.int32)
+    count = _tiles.list_tiles(
+        sheets,
+        low,
+        high,
+        matrix,
+        desired.width,
+        desired.height,
+        reconstructor.pad(options),
+        tiles,
+    )
+    return Passage(
+        matrix,
+        tiles[:count],
+        options,
+        prepared.linear(threads) if reconstructor.averages else prepared.color,
+        prepared.surface(threads) if reconstructor.joins else prepared.disparity,
+        prepared.links(threads) if reconstructor.joins else None,
+        desired.height,
+    )
+
+
+def _paint_band(
+    passages: list[Passage],
+    weights: F4,
+    rows: tuple[int, int],
+    out_color: npt.NDArray[Any],
+    out_disparity: F4,
+    out_coverage: F4,
+) -> None:
+    """One band of the desired view: every reference to its layer, then the layers to one."""
+    from belvedere.warp import _compose
+
+    options = passages[0].options
+    reconstructor = RECONSTRUCTORS[options.reconstruction]
+    if len(passages) == 1 and not reconstructor.averages:
+        out_coverage.fill(1.0)
+        reconstructor.paint(passages[0], rows, out_color, out_disparity, out_coverage)
+        _compose.finish(out_disparity, out_coverage)
+        return
+
+    size = out_disparity.shape
+    colors = np.zeros((len(passages), *size, 4), np.float32)
+    disparities = np.full((len(passages), *size), -1.0, np.float32)
+    coverages = np.ones((len(passages), *size), np.float32)
+    for n, passage in enumerate(passages):
+        if reconstructor.averages:
+            reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
+        else:
+            reconstructor.paint(passage, rows, out_color, disparities[n], coverages[n])
+            colors[n] = linear_rgba(out_color, threads=1)
+    if len(passages) == 1:
+        linear = colors[0]
+        out_disparity[:], out_coverage[:] = disparities[0], coverages[0]
+    else:
+        linear = np.empty((*size, 4), np.float32)
+        layers, joint = (colors, disparities, coverages), (linear, out_disparity, out_coverage)
+        if options.composite == "nearest":
+            _compose.overlay(*layers, *joint)
+        else:
+            _compose.blend(*layers, weights, options.surface_tolerance, *joint)
+    if out_color.dtype == np.uint8:
+        _compose.encode(linear, LINEAR_TO_SRGB8, out_color)
+    else:
+        out_color[:] = linear[..., : out_color.shape[2]]
+    _compose.finish(out_disparity, out_coverage)

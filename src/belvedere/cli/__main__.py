@@ -1,0 +1,5 @@
+"""``python -m belvedere.cli``."""
+
+from belvedere.cli import main
+
+main()

@@ -1,0 +1,88 @@
+"""``belvedere convert``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from belvedere.cli.arguments import (
+    OUTPUT,
+    AxesOption,
+    DepthKindOption,
+    DepthScaleOption,
+    ForceOption,
+    FormatOption,
+    JsonOption,
+    PixelCentersOption,
+    PoseOption,
+    stated,
+)
+from belvedere.cli.console import note, progress_bar, say, say_json
+
+
+def convert(
+    scene: Annotated[Path, typer.Argument(metavar="IN", help="The scene to read.")],
+    output: Annotated[Path, typer.Argument(metavar="OUT", help="The folder to write.")],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            help="Layout: belvedere (transforms.json, opens in nerfstudio), cameras.json, colmap, "
+            "colmap-text, tum.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = "belvedere",
+    color_format: Annotated[
+        str | None,
+        typer.Option(help="png, jpg, webp or exr; by default png.", rich_help_panel=OUTPUT),
+    ] = None,
+    depth_format: Annotated[
+        str | None,
+        typer.Option(help="png16, exr, npy or pfm; by default png16.", rich_help_panel=OUTPUT),
+    ] = None,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+    layout: FormatOption = None,
+    depth_scale: DepthScaleOption = None,
+    depth_kind: DepthKindOption = None,
+    pose: PoseOption = None,
+    axes: AxesOption = None,
+    pixel_centers: PixelCentersOption = None,
+) -> None:
+    """Convert a scene between layouts: wrong conventions in, right ones out.
+
+    The copy is written in our conventions, whatever the original's were, so options that mend a
+    reading (--depth-scale and the rest) are needed only once.
+
+    Example: belvedere convert capture/ mended --depth-scale 0.001
+    """
+    from belvedere.scene.io import write_views
+    from belvedere.studio.scenes import read_capture
+
+    asked = stated(depth_scale, depth_kind, pose, axes, pixel_centers)
+    views = read_capture(scene, asked, layout)
+    options: dict[str, object] = {}
+    if color_format is not None:
+        options["color_format"] = color_format
+    if depth_format is not None:
+        options["depth_format"] = depth_format
+    with progress_bar(quiet=as_json) as tell:
+        saved = write_views(
+            views,
+            output,
+            to,
+            force=force,
+            progress=lambda done, total: tell(done, total, "writing views"),
+            **options,
+        )
+    if as_json:
+        say_json(
+            {"output": str(output), "layout": saved.format, "views": saved.views,
+             "resumed": saved.resumed, "depth_step": saved.depth_step, "notes": list(saved.notes)}
+        )  # fmt: skip
+        return
+    for text in saved.notes:
+        note(f"note: {text}")
+    say(f"{output}: {saved.views} views as {saved.format}")

@@ -1,0 +1,156 @@
+"""``belvedere render``."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from belvedere.cli.arguments import (
+    LOOK,
+    OUTPUT,
+    AxesOption,
+    DepthKindOption,
+    DepthScaleOption,
+    Fill,
+    FillOption,
+    ForceOption,
+    FormatOption,
+    JsonOption,
+    PixelCentersOption,
+    PoseOption,
+    Reconstruction,
+    ReconstructionOption,
+    ReferencesOption,
+    SceneArgument,
+    ThreadsOption,
+    Visibility,
+    VisibilityOption,
+    parse_size,
+    stated,
+)
+from belvedere.cli.console import progress_bar, say, say_json
+
+PICTURE_SUFFIXES = (".png", ".webp", ".jpg", ".jpeg", ".exr")
+
+
+def render(
+    scene: SceneArgument,
+    path: Annotated[
+        str,
+        typer.Option(
+            "--path",
+            "-p",
+            help="Where the camera goes: wobble, through, orbit, dolly, or a path file (JSON).",
+            rich_help_panel=LOOK,
+        ),
+    ] = "wobble",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="NAME.mp4 (a video), NAME (a folder of pictures) or NAME.png/.exr (one picture). "
+            "By default the scene's name and .mp4.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.01, help="Length of a preset path.", rich_help_panel=LOOK)
+    ] = None,
+    at: Annotated[
+        float,
+        typer.Option(
+            min=0.0, help="For one picture: seconds along the path.", rich_help_panel=LOOK
+        ),
+    ] = 0.0,
+    fps: Annotated[
+        float, typer.Option(min=0.1, max=240, help="Frames a second.", rich_help_panel=LOOK)
+    ] = 30.0,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="How many frames, instead of seconds times fps.", rich_help_panel=LOOK
+        ),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WIDTHxHEIGHT", help="Size of the pictures.", rich_help_panel=LOOK),
+    ] = None,
+    reconstruction: ReconstructionOption = Reconstruction.OFFSET,
+    visibility: VisibilityOption = Visibility.ORDER,
+    references: ReferencesOption = 2,
+    fill: FillOption = Fill.BACKGROUND,
+    threads: ThreadsOption = None,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+    layout: FormatOption = None,
+    depth_scale: DepthScaleOption = None,
+    depth_kind: DepthKindOption = None,
+    pose: PoseOption = None,
+    axes: AxesOption = None,
+    pixel_centers: PixelCentersOption = None,
+) -> None:
+    """Render new views of a scene along a path: a video, a folder of pictures, or one picture.
+
+    Interrupted jobs go on where they stopped when the same command is repeated.
+
+    Examples: belvedere render capture/ -o walk.mp4;
+    belvedere render capture/ --path orbit -o frames --frames 60;
+    belvedere render capture/ --at 1.5 -o view.png
+    """
+    from belvedere.scene.io import save_frame
+    from belvedere.scene.io.atomic import require_free
+    from belvedere.studio.paths import path_for
+    from belvedere.studio.scenes import read_capture, scene_of
+    from belvedere.studio.walk import render_path
+
+    asked = stated(depth_scale, depth_kind, pose, axes, pixel_centers)
+    wanted = parse_size(size)
+    views = read_capture(scene, asked, layout)
+    choices = {"reconstruction": reconstruction.value, "visibility": visibility.value}
+    if not any(entry.has_depth for entry in views.entries):
+        opened = scene_of(views, threads=threads)
+    else:
+        opened = scene_of(views, references=references, threads=threads, fill=fill.value, **choices)
+    target = output or Path(scene.resolve().name).with_suffix(".mp4")
+    way = path_for(opened, path, seconds, wanted)
+    if target.suffix.lower() in PICTURE_SUFFIXES:
+        require_free(target, force)
+        camera = way.camera(min(at, way.start + way.duration))
+        opened.render(camera)  # compiles and prepares, so that the time told is the warp's
+        began = time.perf_counter()
+        frame = opened.render(camera)
+        ms = (time.perf_counter() - began) * 1e3
+        save_frame(frame, target, force=force)
+        facts = {"output": str(target), "ms": round(ms, 3), "holes": frame.hole_fraction}
+        line = (
+            f"{target}: {camera.width}x{camera.height}, {ms:.1f} ms, {_holes(frame.hole_fraction)}"
+        )
+    else:
+        options = {
+            "scene": str(scene.resolve()), "references": references, "fill": fill.value,
+            **choices, **asked,
+        }  # fmt: skip
+        with progress_bar(quiet=as_json) as tell:
+            result = render_path(
+                opened, way, target, fps=fps, frames=frames, options=options, force=force,
+                progress=tell,
+            )  # fmt: skip
+        facts = result.as_dict() | {"output": str(target)}
+        ms_text = "already rendered" if result.ms is None else f"{result.ms:.1f} ms a frame"
+        resumed = f" ({result.reused} from before)" if result.reused else ""
+        line = (
+            f"{target}: {result.frames} frames{resumed}, {result.size[0]}x{result.size[1]}, "
+            f"{ms_text}, {_holes(result.hole_fraction)}"
+        )
+    if as_json:
+        say_json(facts)
+    else:
+        say(line)
+
+
+def _holes(share: float) -> str:
+    return f"{100 * share:.1f} % of the pixels unseen by any reference"

@@ -1,0 +1,139 @@
+"""Every command does its job and says what it wrote where."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from belvedere.scene import CameraPath
+from belvedere.scene.io import read_views
+from tests.cli.conftest import Program
+
+
+def test_help_teaches_every_command(program: Program) -> None:
+    top = program("--help")
+    assert top.status == 0
+    for name in ("demo", "info", "render", "evaluate", "convert", "bench"):
+        assert name in top.out
+        page = program(name, "--help")
+        assert page.status == 0
+        assert "--" in page.out
+
+
+def test_version_is_printed(program: Program) -> None:
+    from belvedere import __version__
+
+    assert program("--version").out.strip() == f"belvedere {__version__}"
+
+
+def test_info_tells_what_a_scene_is(program: Program, kept_capture: Path) -> None:
+    told = program("info", kept_capture)
+    assert told.status == 0
+    assert "6 views, with depth" in told.out
+    assert "48x36" in told.out
+    assert "movement continuous, geometry local, lighting fixed" in told.out
+    assert "check" in told.out
+
+
+def test_info_as_json_is_json_and_holds_the_check(program: Program, kept_capture: Path) -> None:
+    told = json.loads(program("info", kept_capture, "--json").out)
+    assert told["views"] == told["views_with_depth"] == 6
+    assert told["affords"]["movement"] == "continuous"
+    assert told["check"]["verdict"] in ("agree", "cannot tell")
+
+
+def test_info_lists_views_when_asked(program: Program, kept_capture: Path) -> None:
+    told = program("info", kept_capture, "--views", "--no-check")
+    assert sum("48x36  at (" in line for line in told.out.splitlines()) == 6
+
+
+@pytest.mark.parametrize("preset", ["wobble", "through", "orbit", "dolly"])
+def test_render_makes_pictures_along_every_preset(
+    program: Program, kept_capture: Path, tmp_path: Path, preset: str
+) -> None:
+    told = program("render", kept_capture, "--path", preset, "--frames", 3, "-o", tmp_path / "walk")
+    assert told.status == 0, told.err
+    assert "3 frames" in told.out
+    pictures = sorted((tmp_path / "walk").glob("frame_*.png"))
+    assert len(pictures) == 3
+    with Image.open(pictures[0]) as picture:
+        assert picture.size == (48, 36)
+
+
+def test_render_makes_a_video(program: Program, kept_capture: Path, tmp_path: Path) -> None:
+    import av
+
+    video = tmp_path / "walk.mp4"
+    told = program("render", kept_capture, "--frames", 5, "--size", "64x48", "-o", video, "--json")
+    assert told.status == 0, told.err
+    assert json.loads(told.out)["frames"] == 5
+    with av.open(str(video)) as container:
+        frames = list(container.decode(video=0))
+    assert [(frame.width, frame.height) for frame in frames] == [(64, 48)] * 5
+
+
+def test_render_makes_one_picture_from_a_path_file(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    views = read_views(kept_capture)
+    path = tmp_path / "path.json"
+    CameraPath.of([views.cameras[2]], [0.0]).save(path)  # type: ignore[list-item]
+    picture = tmp_path / "view.png"
+    told = program("render", kept_capture, "--path", path, "-o", picture, "-r", "point",
+                   "--references", 1)  # fmt: skip
+    assert told.status == 0, told.err
+    with Image.open(picture) as image:
+        np.testing.assert_array_equal(np.asarray(image), views.color(2))
+
+
+def test_rendering_does_not_overwrite_without_force(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    picture = tmp_path / "view.png"
+    picture.write_bytes(b"precious")
+    told = program("render", kept_capture, "-o", picture)
+    assert told.status == 2
+    assert "--force" in told.err
+    assert picture.read_bytes() == b"precious"
+    assert program("render", kept_capture, "-o", picture, "--force").status == 0
+    assert picture.read_bytes() != b"precious"
+
+
+def test_evaluate_writes_a_report_and_prints_the_table(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    told = program("evaluate", kept_capture, "-o", tmp_path / "report", "--hold-out", 3,
+                   "-r", "point,offset", "--repeats", 1)  # fmt: skip
+    assert told.status == 0, told.err
+    assert "point" in told.out
+    assert "offset" in told.out
+    assert "dB" in told.out
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report["schema"] == "belvedere.report"
+    assert "<html" in (tmp_path / "report" / "report.html").read_text()
+
+
+@pytest.mark.parametrize("layout", ["belvedere", "cameras.json", "colmap", "colmap-text", "tum"])
+def test_convert_writes_what_can_be_read_again(
+    program: Program, kept_capture: Path, tmp_path: Path, layout: str
+) -> None:
+    told = program("convert", kept_capture, tmp_path / "copy", "--to", layout)
+    assert told.status == 0, told.err
+    copy, original = read_views(tmp_path / "copy"), read_views(kept_capture)
+    assert len(copy) == 6
+    for ours, theirs in zip(original.cameras, copy.cameras, strict=True):
+        np.testing.assert_allclose(theirs.center, ours.center, atol=1e-6)
+
+
+def test_convert_mends_a_wrong_scale_for_good(
+    program: Program, cameras_json_capture: Path, tmp_path: Path
+) -> None:
+    told = program("convert", cameras_json_capture, tmp_path / "mended", "--depth-scale", 0.01)
+    assert told.status == 0, told.err
+    wrong, mended = read_views(cameras_json_capture), read_views(tmp_path / "mended")
+    ratio = wrong[0].disparity / mended[0].disparity
+    np.testing.assert_allclose(ratio, 0.01 / wrong.facts["depth_scale"], rtol=1e-3)

@@ -38,6 +38,11 @@ def kernel(function: Function) -> Function:
     return njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[return-value]
 
 
+def inner(function: Function) -> Function:
+    """Compile a step of a kernel's loop into the kernel: no call, no counting of references."""
+    return njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)  # type: ignore[return-value]
+
+
 class _CompileNotice(event.Listener):
     """Tells a waiting person, once, that the wait is a compilation."""
 

@@ -10,44 +10,49 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 COLUMNS = (
-    ("median ms", "ms_median", ".2f"),
-    ("min", "ms_min", ".2f"),
-    ("90 %", "ms_p90", ".2f"),
-    ("ns/sample", "ns_per_sample", ".2f"),
+    ("median", "ms_median", ".2f"),
+    ("min ms", "ms_min", ".2f"),
+    ("ns/smp", "ns_per_sample", ".1f"),
     ("ratio", "ratio", ".2f"),
-    ("first s", "compile_s", ".2f"),
-    ("surface %", "same_surface", ".1f"),
-    ("colour %", "same_color", ".1f"),
+    ("surf%", "same_surface", ".1f"),
+    ("col%", "same_color", ".1f"),
 )
-"""Heading, field and format of the numbers; columns without any number are left out."""
+"""Heading, field and format of the numbers that fit 80 columns; the JSON has the others. Columns
+without any number are left out."""
 
 
 def bench_table(result: BenchResult) -> Table:
-    """The rows of a run; what each is and its note stand in the JSON, notes of gaps here too."""
+    """The rows of a run, with their notes and the machine's load below."""
+    from rich import box
     from rich.table import Table
 
+    notes = [f"{row.name}: {row.note}" for row in result.rows if row.note]
     loads = [f"{load:.2f}" for load in result.load if load is not None]
+    if loads:
+        notes.append(f"load of the machine: {', then '.join(loads)}")
     table = Table(
         title=f"{result.suite}: ratios to {result.baseline!r}",
-        caption=f"load of the machine: {', then '.join(loads)}" if loads else None,
+        caption="\n".join(notes),
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
     )
     columns = [
         (head, field, form)
         for head, field, form in COLUMNS
         if any(getattr(row, field) is not None for row in result.rows)
     ]
-    table.add_column("contestant")
-    table.add_column("threads", justify="right")
+    threaded = any(row.threads is not None for row in result.rows)
+    table.add_column("contestant", no_wrap=True)
+    if threaded:
+        table.add_column("thr", justify="right", no_wrap=True)
     for head, _, _ in columns:
-        table.add_column(head, justify="right")
-    noted = any(row.note for row in result.rows)
-    if noted:
-        table.add_column("note")
+        table.add_column(head, justify="right", no_wrap=True)
     for row in result.rows:
         numbers = [
             "" if (value := getattr(row, field)) is None else format(value, form)
             for _, field, form in columns
         ]
         threads = "" if row.threads is None else str(row.threads)
-        table.add_row(row.name, threads, *numbers, *([row.note] if noted else []))
+        table.add_row(row.name, *([threads] if threaded else []), *numbers)
     return table

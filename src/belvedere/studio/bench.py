@@ -36,7 +36,7 @@ class BenchRow:
     """One measured contestant. What was not measured is None."""
 
     name: str
-    """Unique in its run, such as ``splat3/order/prepared``."""
+    """Unique in its run, such as ``splat3/order/view``."""
     what: str
     """What the call does."""
     size: int | None
@@ -159,13 +159,13 @@ def warp_contestants(scene: BenchScene, threads: int | None = None) -> Iterator[
     prepared = tuple(prepare(view) for view in views)
     samples = views[0].disparity.size
     uses = [
-        ("order/prepared", "order", prepared[0], "one prepared reference", most),
+        ("order", "order", prepared[0], "one prepared reference", most),
         ("order/view", "order", views[0], "one view, preparing it included", most),
-        ("zbuffer/prepared", "zbuffer", prepared[0], "one prepared reference", most),
-        ("order/prepared/two", "order", prepared, "two prepared references, blended", most),
+        ("zbuffer", "zbuffer", prepared[0], "one prepared reference", most),
+        ("order/two", "order", prepared, "two prepared references, blended", most),
     ]
     if threads is None and most > 1:
-        uses.insert(1, ("order/prepared/1t", "order", prepared[0], "one prepared reference", 1))
+        uses.insert(1, ("order/1t", "order", prepared[0], "one prepared reference", 1))
     for suffix, visibility, given, text, count in uses:
         for name, choices in warp_choices().items():
             references = len(given) if isinstance(given, tuple) else 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.jit import Real, kernel
+from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -19,14 +19,14 @@ MIXED = 4
 """Bit: a false sample between two surfaces, as scanners and resampling leave at silhouettes."""
 
 
-@kernel
+@inner
 def slope_explains(jump: Real, first: Real, second: Real) -> bool:
     """Whether a steep jump continues two equal steps beside it: a slanted surface, not an edge."""
     near = 0.25 * abs(jump)
     return abs(jump - first) <= near and abs(first - second) <= near
 
 
-@kernel
+@inner
 def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
     """Whether sample (v, u) and its neighbour at (v + dv, u + du) lie on one surface.
 
@@ -60,14 +60,25 @@ def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, ou
     disparity is (H, W), out is (H, W).
     """
     height, width = disparity.shape
+    share = np.float32(tolerance)
     for v in range(row_low, row_high):
+        below = min(v + 1, height - 1)
+        for u in range(width - 1):  # the usual case, in a loop that vectorises
+            p, q, r = disparity[v, u], disparity[v, u + 1], disparity[below, u]
+            right = abs(q - p) <= share * (p if p > q else q)
+            down = abs(r - p) <= share * (p if p > r else r)
+            out[v, u] = np.uint8(right) * np.uint8(RIGHT) | np.uint8(down) * np.uint8(DOWN)
+        out[v, width - 1] = 0
         for u in range(width):
-            bits = 0
-            if u + 1 < width and linked(disparity, v, u, 0, 1, tolerance):
-                bits |= RIGHT
-            if v + 1 < height and linked(disparity, v, u, 1, 0, tolerance):
-                bits |= DOWN
-            out[v, u] = bits
+            bits = out[v, u]
+            if u + 1 == width or v + 1 == height:
+                bits = np.uint8(0)
+            if bits != RIGHT | DOWN:
+                if u + 1 < width and linked(disparity, v, u, 0, 1, tolerance):
+                    bits |= np.uint8(RIGHT)
+                if v + 1 < height and linked(disparity, v, u, 1, 0, tolerance):
+                    bits |= np.uint8(DOWN)
+                out[v, u] = bits
 
 
 @kernel
@@ -124,7 +135,7 @@ def bridge_gaps(
                 out[v, u] = total / weights
 
 
-@kernel
+@inner
 def between(low: Real, middle: Real, high: Real) -> bool:
     """Whether the middle value lies strictly between its neighbours, in either direction."""
     return (low < middle < high) or (low > middle > high)
@@ -158,7 +169,7 @@ def mark_mixed(disparity: F4, row_low: int, row_high: int, out: U1) -> None:
                 out[v, u] |= MIXED
 
 
-@kernel
+@inner
 def usable(disparity: F4, links: U1, v: int, u: int) -> bool:
     """Whether (v, u) is inside the image and holds a true sample."""
     if v < 0 or u < 0 or v >= disparity.shape[0] or u >= disparity.shape[1]:
@@ -166,7 +177,7 @@ def usable(disparity: F4, links: U1, v: int, u: int) -> bool:
     return not np.isnan(disparity[v, u]) and not links[v, u] & MIXED
 
 
-@kernel
+@inner
 def intact(disparity: F4, links: U1, v: int, u: int) -> bool:
     """Whether the cell between (v, u) and (v + 1, u + 1) is one piece of surface."""
     if v < 0 or u < 0 or v + 1 >= disparity.shape[0] or u + 1 >= disparity.shape[1]:
@@ -178,7 +189,7 @@ def intact(disparity: F4, links: U1, v: int, u: int) -> bool:
     )  # fmt: skip
 
 
-@kernel
+@inner
 def joined(links: U1, v: int, u: int, dv: int, du: int) -> bool:
     """Whether (v, u) is linked to its neighbour in direction (dv, du), one of them +-1."""
     v2, u2 = v + dv, u + du
@@ -189,7 +200,7 @@ def joined(links: U1, v: int, u: int, dv: int, du: int) -> bool:
     return bool(owner & bit) and not links[v2, u2] & MIXED
 
 
-@kernel
+@inner
 def slope_toward(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Real:
     """Change of disparity per pixel from (v, u) toward (dv, du), on its own surface.
 

@@ -1,4 +1,7 @@
-"""Kernels that fill holes from the farther side."""
+"""Kernels that continue the background into holes, over a pyramid of ever coarser pictures.
+
+Colours are linear with four channels; a missing disparity is NaN.
+"""
 
 from __future__ import annotations
 
@@ -8,94 +11,96 @@ import numpy.typing as npt
 from belvedere.ground.jit import Real, kernel
 
 F4 = npt.NDArray[np.float32]
-I4 = npt.NDArray[np.int32]
 
-SIDES = 8
-"""Directions looked into: left, right, up, down and the four diagonals."""
-
-
-@kernel
-def nearest_covered(disparity: F4, out_steps: I4) -> None:
-    """Steps to the nearest covered pixel in each of the eight directions; -1 where there is none.
-
-    disparity is (H, W) with NaN in holes; out_steps is (SIDES, H, W). Two sweeps of the picture.
-    """
-    height, width = disparity.shape
-    for j in range(2 * height):
-        down = j < height
-        y = j if down else 2 * height - 1 - j
-        dy = -1 if down else 1  # the rows already visited lie this way
-        base = 0 if down else 4
-        for i in range(width):
-            x = i if down else width - 1 - i
-            for side in range(4):
-                # west, north-west, north, north-east on the way down; their opposites on the way up
-                sx = (-1, -1, 0, 1)[side] if down else (1, 1, 0, -1)[side]
-                sy = 0 if side == 0 else dy
-                y2, x2 = y + sy, x + sx
-                steps = -1
-                if 0 <= y2 < height and 0 <= x2 < width:
-                    if not np.isnan(disparity[y2, x2]):
-                        steps = 1
-                    elif out_steps[base + side, y2, x2] > 0:
-                        steps = out_steps[base + side, y2, x2] + 1
-                out_steps[base + side, y, x] = steps
+ZERO = np.float32(0.0)
+TINY = np.float32(1e-6)
+"""1/metre: surfaces farther than a thousand kilometres are one surface."""
 
 
 @kernel
-def fill_from_background(
-    color: F4, disparity: F4, steps: I4, tolerance: Real, out_color: F4, out_disparity: F4
+def shrink_background(
+    color: F4, disparity: F4, tolerance: Real, out_color: F4, out_disparity: F4
 ) -> None:
-    """Give each hole the colour of the farthest surface that borders it.
+    """Halve a picture, each block of 2 x 2 pixels keeping only the farthest surface it shows.
 
     Args:
-        color: (H, W, C) linear.
-        disparity: (H, W), NaN in holes.
-        steps: (SIDES, H, W) from `nearest_covered`.
-        tolerance: relative difference in disparity up to which borders are one surface.
-        out_color: (H, W, C) copy of color, holes to be filled.
-        out_disparity: (H, W) copy of disparity.
+        color: (H, W, 4).
+        disparity: (H, W).
+        tolerance: relative difference in disparity up to which pixels are one surface.
+        out_color: (ceil(H / 2), ceil(W / 2), 4) mean colour of that surface, 0 where none.
+        out_disparity: same grid: its mean disparity, NaN where none.
     """
-    height, width, channels = color.shape
-    total = np.empty(channels, np.float32)
-    for y in range(height):
-        for x in range(width):
-            if not np.isnan(disparity[y, x]):
-                continue
+    height, width = disparity.shape
+    for y in range(out_disparity.shape[0]):
+        for x in range(out_disparity.shape[1]):
+            rows, columns = min(2 * y + 2, height), min(2 * x + 2, width)
             far = np.float32(np.inf)
-            for side in range(SIDES):
-                count = steps[side, y, x]
-                if count > 0:
-                    y2, x2 = border(side, count, y, x)
-                    far = min(far, disparity[y2, x2])
-            if far == np.float32(np.inf):
-                continue  # nothing is known in any direction
-            limit = far * np.float32(1.0 + tolerance) + np.float32(1e-6)
-            weight_sum, delta_sum = np.float32(0.0), np.float32(0.0)
-            total[:] = np.float32(0.0)
-            for side in range(SIDES):
-                count = steps[side, y, x]
-                if count <= 0:
-                    continue
-                y2, x2 = border(side, count, y, x)
-                if disparity[y2, x2] > limit:
-                    continue
-                length = np.float32(count) * np.float32(1.0 if side % 2 == 0 else 1.41421356)
-                weight = np.float32(1.0) / (length * length)
-                weight_sum += weight
-                delta_sum += weight * disparity[y2, x2]
-                for k in range(channels):
-                    total[k] += weight * color[y2, x2, k]
-            out_disparity[y, x] = delta_sum / weight_sum
-            for k in range(channels):
-                out_color[y, x, k] = total[k] / weight_sum
+            for v in range(2 * y, rows):
+                for u in range(2 * x, columns):
+                    far = min(far, disparity[v, u])
+            limit = far * np.float32(1.0 + tolerance) + TINY
+            count, depth = ZERO, ZERO
+            out_color[y, x, :] = ZERO
+            for v in range(2 * y, rows):
+                for u in range(2 * x, columns):
+                    if disparity[v, u] <= limit:
+                        count += np.float32(1.0)
+                        depth += disparity[v, u]
+                        for k in range(4):
+                            out_color[y, x, k] += color[v, u, k]
+            if count > ZERO:
+                out_disparity[y, x] = depth / count
+                for k in range(4):
+                    out_color[y, x, k] /= count
+            else:
+                out_disparity[y, x] = np.float32(np.nan)
 
 
 @kernel
-def border(side: int, count: int, y: int, x: int) -> tuple[int, int]:
-    """The pixel ``count`` steps from (y, x) in direction ``side`` of `nearest_covered`."""
-    sign = -1 if side < 4 else 1
-    index = side % 4
-    dx = (-1, -1, 0, 1)[index] * (1 if side < 4 else -1)
-    dy = 0 if index == 0 else sign
-    return y + dy * count, x + dx * count
+def fill_from_coarser(
+    coarse_color: F4, coarse_disparity: F4, tolerance: Real, out_color: F4, out_disparity: F4
+) -> None:
+    """Give each missing pixel the farthest of the four coarser pixels round it, interpolated.
+
+    Args:
+        coarse_color: (h, w, 4), without holes.
+        coarse_disparity: (h, w), without holes.
+        tolerance: relative difference in disparity up to which pixels are one surface.
+        out_color: (H, W, 4), read where disparity is known, written where it is not.
+        out_disparity: (H, W) likewise.
+    """
+    height, width = out_disparity.shape
+    rows, columns = coarse_disparity.shape
+    for y in range(height):
+        for x in range(width):
+            if not np.isnan(out_disparity[y, x]):
+                continue
+            v0, u0 = (y - 1) // 2, (x - 1) // 2  # upper left of the four; may lie outside
+            fv = np.float32(0.75 if y % 2 == 0 else 0.25)  # weight of the lower two
+            fu = np.float32(0.75 if x % 2 == 0 else 0.25)
+            far = np.float32(np.inf)
+            for j in range(2):
+                for i in range(2):
+                    v = min(max(v0 + j, 0), rows - 1)
+                    u = min(max(u0 + i, 0), columns - 1)
+                    far = min(far, coarse_disparity[v, u])
+            limit = far * np.float32(1.0 + tolerance) + TINY
+            total, depth = ZERO, ZERO
+            for k in range(4):
+                out_color[y, x, k] = ZERO
+            for j in range(2):
+                for i in range(2):
+                    v = min(max(v0 + j, 0), rows - 1)
+                    u = min(max(u0 + i, 0), columns - 1)
+                    if coarse_disparity[v, u] > limit:
+                        continue
+                    weight = (fv if j == 1 else np.float32(1.0) - fv) * (
+                        fu if i == 1 else np.float32(1.0) - fu
+                    )
+                    total += weight
+                    depth += weight * coarse_disparity[v, u]
+                    for k in range(4):
+                        out_color[y, x, k] += weight * coarse_color[v, u, k]
+            out_disparity[y, x] = depth / total
+            for k in range(4):
+                out_color[y, x, k] /= total

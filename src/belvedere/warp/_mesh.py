@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.jit import Real, kernel
+from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._edges import intact, joined, slope_toward, usable
 
 F4 = npt.NDArray[np.float32]
@@ -24,7 +24,7 @@ LARGEST_QUAD = 64.0
 would let a sample near the eye paint the whole view."""
 
 
-@kernel
+@inner
 def warp_vertex(w: F4, u: Real, v: Real, delta: Real, n: int, out_quad: F4) -> bool:
     """Write x, y and warped disparity of corner ``n``; False behind the desired camera."""
     u4, v4, d4 = np.float32(u), np.float32(v), np.float32(delta)
@@ -38,9 +38,9 @@ def warp_vertex(w: F4, u: Real, v: Real, delta: Real, n: int, out_quad: F4) -> b
     return True
 
 
-@kernel
+@inner
 def draw_quad(
-    quad: F4, paint: F4, row_low: int, first: int, end: int, by_order: bool,
+    quad: F4, paint: F4, largest: Real, row_low: int, first: int, end: int, by_order: bool,
     out_color: F4, out_disparity: F4,
 ) -> None:  # fmt: skip
     """Draw two triangles, (0, 1, 2) and (3, 2, 1), at the pixel centres they hold.
@@ -49,6 +49,7 @@ def draw_quad(
         quad: (4, 3) x, y, disparity of the corners: upper left, upper right, lower left, lower
             right in the reference.
         paint: (4, 4) their linear colours.
+        largest: pixels along each axis beyond which it is not drawn.
         row_low: first row of the band.
         first: first row to paint.
         end: row after the last to paint, within the band.
@@ -61,7 +62,7 @@ def draw_quad(
     x_high = max(quad[0, 0], quad[1, 0], quad[2, 0], quad[3, 0])
     y_low = min(quad[0, 1], quad[1, 1], quad[2, 1], quad[3, 1])
     y_high = max(quad[0, 1], quad[1, 1], quad[2, 1], quad[3, 1])
-    if not (x_high - x_low <= LARGEST_QUAD and y_high - y_low <= LARGEST_QUAD):
+    if not (x_high - x_low <= largest and y_high - y_low <= largest):
         return
     if x_high < -ONE or x_low > np.float32(width) or y_high < np.float32(first - 1):
         return
@@ -87,9 +88,10 @@ def draw_quad(
                 px = np.float32(x) - xa
                 wb = (px * cy - cx * py) * scale
                 wc = (bx * py - px * by) * scale
-                wa = ONE - wb - wc
-                if wb < SLACK or wc < SLACK or wa < SLACK:
+                if wb < SLACK or wc < SLACK or ONE - wb - wc < SLACK:
                     continue
+                wb, wc = max(wb, ZERO), max(wc, ZERO)  # or bright samples would leave dark ones < 0
+                wa = max(ONE - wb - wc, ZERO)
                 z = wa * za + wb * quad[b, 2] + wc * quad[c, 2]
                 if by_order or z > out_disparity[y - row_low, x]:
                     out_disparity[y - row_low, x] = max(z, ZERO)
@@ -99,7 +101,7 @@ def draw_quad(
                         )
 
 
-@kernel
+@inner
 def whole_cell(
     w: F4, color: F4, disparity: F4, v: int, u: int, out_quad: F4, out_paint: F4
 ) -> bool:
@@ -113,7 +115,7 @@ def whole_cell(
     return True
 
 
-@kernel
+@inner
 def quarter_cell(
     w: F4, color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, du: int,
     out_quad: F4, out_paint: F4,
@@ -163,6 +165,7 @@ def draw_mesh(
         out_color: (rows, width, 4).
         out_disparity: (rows, width), preset to -1.
     """
+    whole, quarter = np.float32(LARGEST_QUAD), np.float32(0.5 * LARGEST_QUAD)
     quad = np.empty((4, 3), np.float32)
     paint = np.empty((4, 4), np.float32)
     for n in range(tiles.shape[0]):
@@ -178,15 +181,32 @@ def draw_mesh(
                 if intact(disparity, links, v, u):
                     if whole_cell(w, color, disparity, v, u, quad, paint):
                         draw_quad(
-                            quad, paint, row_low, first, end, by_order, out_color, out_disparity
+                            quad,
+                            paint,
+                            whole,
+                            row_low,
+                            first,
+                            end,
+                            by_order,
+                            out_color,
+                            out_disparity,
                         )
                     continue
                 for corner in range(4):
-                    dv, du = corner >> 1, corner & 1
+                    dv = corner >> 1 if tiles[n, 5] > 0 else 1 - (corner >> 1)
+                    du = corner & 1 if tiles[n, 2] > 0 else 1 - (corner & 1)
                     if usable(disparity, links, v + dv, u + du) and quarter_cell(
                         w, color, disparity, links, v + dv, u + du, 1 - 2 * dv, 1 - 2 * du,
                         quad, paint,
                     ):  # fmt: skip
                         draw_quad(
-                            quad, paint, row_low, first, end, by_order, out_color, out_disparity
+                            quad,
+                            paint,
+                            quarter,
+                            row_low,
+                            first,
+                            end,
+                            by_order,
+                            out_color,
+                            out_disparity,
                         )

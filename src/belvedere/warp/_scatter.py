@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.jit import Real, kernel
+from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -25,7 +25,7 @@ ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
 
 
-@kernel
+@inner
 def land_row(
     w: F4, v: int, u_low: int, count: int, disparity: F4, halo: int, y_low: int, columns: int,
     first: int, end: int, out_cell: I4, out_delta: F4,
@@ -92,12 +92,24 @@ def scatter(
             v = tiles[n, 3] + j if tiles[n, 5] > 0 else tiles[n, 4] - 1 - j
             land_row(w, v, u_low, count, disparity, halo, y_low, columns, top, bottom, cells, delta)
             first = v * stride + u_low
-            for k in range(count):
-                i = k if u_step > 0 else count - 1 - k
-                cell = cells[i]
-                if cell >= 0 and (by_order or delta[i] > out_disparity[cell]):
-                    out_disparity[cell] = delta[i]
-                    out_sample[cell] = first + i
+            if not by_order:
+                for i in range(count):
+                    cell = cells[i]
+                    if cell >= 0 and delta[i] > out_disparity[cell]:
+                        out_disparity[cell] = delta[i]
+                        out_sample[cell] = first + i
+            elif u_step > 0:
+                for i in range(count):
+                    cell = cells[i]
+                    if cell >= 0:
+                        out_disparity[cell] = delta[i]
+                        out_sample[cell] = first + i
+            else:
+                for i in range(count - 1, -1, -1):
+                    cell = cells[i]
+                    if cell >= 0:
+                        out_disparity[cell] = delta[i]
+                        out_sample[cell] = first + i
 
 
 @kernel
@@ -108,15 +120,16 @@ def gather(color: Any, sample: I4, out_color: Any) -> None:
     """
     rows, width = sample.shape
     channels = color.shape[1]
+    none = color.dtype.type(0)
     for y in range(rows):
         for x in range(width):
             index = sample[y, x]
-            if index >= 0:
-                for k in range(channels):
-                    out_color[y, x, k] = color[index, k]
-            else:
-                for k in range(channels):
-                    out_color[y, x, k] = 0
+            held, index = index >= 0, max(index, 0)
+            out_color[y, x, 0] = color[index, 0] if held else none
+            out_color[y, x, 1] = color[index, 1] if held else none
+            out_color[y, x, 2] = color[index, 2] if held else none
+            if channels == 4:
+                out_color[y, x, 3] = color[index, 3] if held else none
 
 
 @kernel

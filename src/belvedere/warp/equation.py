@@ -40,10 +40,9 @@ def planar(camera: CameraModel, role: str) -> Camera:
 
 def warp_matrix(reference: Camera, desired: Camera) -> F8:
     """W, (3, 4): reference ``(u, v, 1, delta)`` to desired ``(r, s, t)`` (McMillan eq. 12)."""
-    desired_from_world = np.linalg.inv(desired.matrix)
     matrix = np.empty((3, 4))
-    matrix[:, :3] = desired_from_world @ reference.matrix
-    matrix[:, 3] = desired_from_world @ (reference.center - desired.center)
+    matrix[:, :3] = homography(reference, desired)
+    matrix[:, 3] = np.linalg.inv(desired.matrix) @ (reference.center - desired.center)
     return matrix
 
 
@@ -80,7 +79,13 @@ def epipole(reference: Camera, desired: Camera) -> F8:
 
 
 def homography(reference: Camera, desired: Camera) -> F8:
-    """(3, 3) map of points at infinity, or of everything when both cameras share a center."""
+    """(3, 3) map of points at infinity, or of everything when both cameras share a center.
+
+    Exactly the identity between cameras of one matrix, so that a view warped to its own camera
+    comes back to the last bit.
+    """
+    if np.array_equal(reference.matrix, desired.matrix):
+        return np.eye(3)
     return np.linalg.inv(desired.matrix) @ reference.matrix
 
 

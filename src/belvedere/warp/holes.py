@@ -4,42 +4,58 @@ from __future__ import annotations
 
 import numpy as np
 
-from belvedere.ground.color import color_to_linear
+from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.scene import Frame
+from belvedere.warp.prepare import linear_rgba
 from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
 
 def fill_background(frame: Frame, tolerance: float = SURFACE_TOLERANCE) -> Frame:
     """Continue the farther of the surfaces round each hole into it.
 
-    What a hole hides is nearly always the background: the foreground ends at the hole's edge. Each
-    hole takes the farthest disparity met in eight directions and the colours there, weighted by
-    one over the squared distance.
+    What a hole hides is nearly always the background: the foreground ends at the hole's edge. The
+    picture is halved again and again, each block keeping the farthest surface it shows, until no
+    hole is left; then each missing pixel is interpolated from the coarser level. Small holes are
+    closed by their nearest surroundings, large ones smoothly.
 
     Args:
         frame: as `warp` gives it.
-        tolerance: relative difference in disparity up to which borders are one surface.
+        tolerance: relative difference in disparity up to which pixels are one surface.
 
     Returns:
         A frame whose ``filled`` mask is True where colour was invented; coverage still says 0
         there. A frame without any covered pixel comes back as it is, with an empty mask.
 
-    Memory: 32 bytes a pixel.
+    Memory: 44 bytes a pixel.
     """
-    from belvedere.ground.color import color_to_srgb8
-    from belvedere.warp import _holes
+    from belvedere.warp import _compose, _holes
 
     holes = np.isnan(frame.disparity)
     if not holes.any() or holes.all():
         return Frame(
             frame.camera, frame.color, frame.disparity, frame.coverage, np.zeros_like(holes)
         )
-    steps = np.empty((_holes.SIDES, *holes.shape), np.int32)
-    _holes.nearest_covered(frame.disparity, steps)
-    linear = color_to_linear(frame.color)
-    color, disparity = linear.copy(), frame.disparity.copy()
-    _holes.fill_from_background(linear, frame.disparity, steps, tolerance, color, disparity)
-    filled = holes & ~np.isnan(disparity)
+    colors = [np.array(linear_rgba(frame.color))]
+    disparities = [frame.disparity.copy()]
+    while np.isnan(disparities[-1]).any():
+        size = tuple(-(-side // 2) for side in disparities[-1].shape)
+        color, disparity = np.empty((*size, 4), np.float32), np.empty(size, np.float32)
+        _holes.shrink_background(colors[-1], disparities[-1], tolerance, color, disparity)
+        colors.append(color)
+        disparities.append(disparity)
+    for level in range(len(colors) - 1, 0, -1):
+        _holes.fill_from_coarser(
+            colors[level], disparities[level], tolerance, colors[level - 1], disparities[level - 1]
+        )
     if frame.color.dtype == np.uint8:
-        color = np.where(filled[..., None], color_to_srgb8(color), frame.color)
-    return Frame(frame.camera, color, disparity, frame.coverage, filled)
+        encoded = np.empty_like(frame.color)
+        _compose.encode(colors[0], LINEAR_TO_SRGB8, encoded)
+    else:
+        encoded = colors[0][..., : frame.color.shape[2]]
+    return Frame(
+        frame.camera,
+        np.where(holes[..., None], encoded, frame.color),
+        disparities[0],
+        frame.coverage,
+        holes,
+    )

@@ -62,6 +62,58 @@ def occlusion_compatible_sheets(
     )
 
 
+def occlusion_compatible_cell_sheets(
+    epipole: npt.ArrayLike, width: int, height: int
+) -> tuple[Sheet, ...]:
+    """The sheets of the cells between samples, in the order in which they must be drawn.
+
+    A cell (u, v) reaches from its sample to the next one right and below. The row and the column of
+    cells that hold the epipole reach to both sides of it, so they belong to no quadrant: drawn with
+    one they would be hidden by farther cells of the other. They make sheets of their own, last when
+    the eye is in front and first when it is behind::
+
+        +------+---+------+
+        |  1   | 2 |  1   |        in front (e_z > 0): 1, then 2, then 3
+        +------+---+------+
+        |  2   | 3 |  2   |        behind (e_z < 0): 3, then 2, then 1
+        +------+---+------+
+        |  1   | 2 |  1   |
+        +------+---+------+
+
+    Args:
+        epipole: (3,) as in `occlusion_compatible_sheets`.
+        width: of the reference image, pixels; the cell left of its first column comes with it.
+        height: of the reference image, pixels.
+
+    Returns:
+        One to nine sheets that together hold every pixel once. In the order given, any traversal
+        monotone in both directions of each draws far before near.
+    """
+    ex, ey, ez = (float(x) for x in np.asarray(epipole))
+    sheets = [
+        (along[3] + across[3], Sheet(*across[:3], *along[:3]))
+        for along in _cell_runs(ey, ez, height)
+        for across in _cell_runs(ex, ez, width)
+    ]
+    sheets.sort(key=lambda one: one[0] if ez > 0.0 else -one[0])
+    return tuple(sheet for _, sheet in sheets)
+
+
+def _cell_runs(e: float, ez: float, length: int) -> list[tuple[int, int, int, int]]:
+    """Runs [low, high) of cells on one side of the epipole, scan direction, and 1 if it is in."""
+    ratio = e / ez if ez != 0.0 else -1.0
+    if not 0.0 <= ratio < length:
+        return [(*run, 0) for run in _axis_runs(e, ez, length)]
+    toward = 1 if ez > 0.0 else -1
+    middle = math.floor(ratio)
+    runs = [
+        (0, middle, toward, 0),
+        (middle, middle + 1, toward, 1),
+        (middle + 1, length, -toward, 0),
+    ]
+    return [run for run in runs if run[0] < run[1]]
+
+
 def _axis_runs(e: float, ez: float, length: int) -> list[tuple[int, int, int]]:
     """Runs [low, high) of equal ``sign(e - x ez)`` for x in [0, length), with that sign."""
     if ez == 0.0:

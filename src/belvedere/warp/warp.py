@@ -11,10 +11,14 @@ import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import InputError, ViewError
+from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import epipole, planar, warp_matrix
-from belvedere.warp.order import occlusion_compatible_sheets
+from belvedere.warp.order import (
+    occlusion_compatible_cell_sheets,
+    occlusion_compatible_sheets,
+)
 from belvedere.warp.prepare import PreparedView, linear_rgba, prepare, row_bands
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
 
@@ -74,9 +78,13 @@ def warp(
     prepared = nearest_first(_prepared(views), desired)
     passages = [_passage(one, desired, chosen, threads) for one in prepared]
 
-    color = np.empty((*desired.size, prepared[0].color.shape[2]), prepared[0].color.dtype)
-    disparity = np.empty(desired.size, np.float32)
-    coverage = np.empty(desired.size, np.float32)
+    channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
+    pixels = desired.height * desired.width
+    # one block: the allocator then keeps it for the next frame instead of handing it back
+    block = np.empty(pixels * (8 + channels * kind.itemsize), np.uint8)
+    disparity = block[: 4 * pixels].view(np.float32).reshape(desired.size)
+    coverage = block[4 * pixels : 8 * pixels].view(np.float32).reshape(desired.size)
+    color = block[8 * pixels :].view(kind).reshape(*desired.size, channels)
     weights = nearness_weights(prepared, desired)
     count = thread_count(threads)
 
@@ -167,17 +175,19 @@ def _passage(
     reconstructor = RECONSTRUCTORS[options.reconstruction]
     matrix = warp_matrix(prepared.camera, desired)
     height, width = prepared.disparity.shape
+    low, high = prepared.tile_low, prepared.tile_high
+    cut = occlusion_compatible_sheets
+    if reconstructor.joins:
+        low, high = prepared.surface_range(threads)
+        cut = occlusion_compatible_cell_sheets
     sheets = np.array(
         [
             (s.u_low, s.u_high, s.u_step, s.v_low, s.v_high, s.v_step)
-            for s in occlusion_compatible_sheets(epipole(prepared.camera, desired), width, height)
+            for s in cut(epipole(prepared.camera, desired), width, height)
         ],
         np.int32,
     )
-    low, high = prepared.tile_low, prepared.tile_high
-    if reconstructor.joins:
-        low, high = prepared.surface_range(threads)
-    across, down = low.shape[1] + 1, low.shape[0] + 1
+    across, down = low.shape[1] + 2, low.shape[0] + 2  # an axis is cut twice at most
     tiles = np.empty((across * down, _tiles.FIELDS), np.int32)
     count = _tiles.list_tiles(
         sheets,
@@ -220,9 +230,12 @@ def _paint_band(
         return
 
     size = out_disparity.shape
-    colors = np.zeros((len(passages), *size, 4), np.float32)
-    disparities = np.full((len(passages), *size), -1.0, np.float32)
-    coverages = np.ones((len(passages), *size), np.float32)
+    colors = scratch("layer colors", (len(passages), *size, 4), np.float32)
+    disparities = scratch("layer disparities", (len(passages), *size), np.float32)
+    coverages = scratch("layer coverages", (len(passages), *size), np.float32)
+    colors.fill(0.0)
+    disparities.fill(-1.0)
+    coverages.fill(1.0)
     for n, passage in enumerate(passages):
         if reconstructor.averages:
             reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
@@ -233,7 +246,7 @@ def _paint_band(
         linear = colors[0]
         out_disparity[:], out_coverage[:] = disparities[0], coverages[0]
     else:
-        linear = np.empty((*size, 4), np.float32)
+        linear = scratch("joint color", (*size, 4), np.float32)
         layers, joint = (colors, disparities, coverages), (linear, out_disparity, out_coverage)
         if options.composite == "nearest":
             _compose.overlay(*layers, *joint)

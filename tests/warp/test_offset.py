@@ -1,0 +1,234 @@
+"""The offset buffer: visibility in a finer grid, places kept within its cells, one filter."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from belvedere.scene import Camera, ReferenceView
+from belvedere.warp import OffsetOptions, warp, warp_matrix, warp_points
+from belvedere.warp.reconstruct import filter_weights
+from tests.oracles.warp import centroid, filter_weight, offset_warp
+from tests.warp.worlds import (
+    VISIBILITIES,
+    noise,
+    plane_disparity,
+    random_camera,
+    random_rotation,
+    straight_camera,
+    view_of,
+)
+
+READINGS: tuple[Literal["radial", "separable"], ...] = ("radial", "separable")
+
+
+@pytest.mark.parametrize("reading", READINGS)
+@pytest.mark.parametrize("radius", [0.5, 0.8, 1.0])
+@pytest.mark.parametrize(("scale", "bits"), [(2, 2), (2, 0), (4, 1), (2, 4)])
+def test_the_filter_table_holds_the_raised_cosine_at_every_place(
+    reading: Literal["radial", "separable"], radius: float, scale: int, bits: int
+) -> None:
+    options = OffsetOptions(buffer_scale=scale, offset_bits=bits, filter=reading, radius=radius)
+    table = filter_weights(options)
+    count = 2 * scale * 2**bits
+    assert table.shape == (count, count)
+    place = (np.arange(count) + 0.5) / (scale * 2**bits) - 1.0  # output pixels from the centre
+    wanted = [[filter_weight(x, y, reading, radius) for x in place] for y in place]
+    np.testing.assert_allclose(table, wanted, atol=1e-6)
+    own = np.abs(place) < 0.5
+    assert table[np.ix_(own, own)].min() > 0  # the denominator never vanishes
+    np.testing.assert_array_equal(table, table.T)
+    np.testing.assert_array_equal(table, table[::-1])
+
+
+def test_the_papers_filter_has_sixteen_weights_a_row_and_ends_at_the_corners() -> None:
+    assert filter_weights(OffsetOptions()).shape == (16, 16)
+    assert filter_weight(1.0, 1.0, "radial") == 0.0
+    assert filter_weight(1.0, 0.0, "radial") == pytest.approx(0.197, abs=1e-3)
+    assert filter_weight(1.0, 0.0, "separable") == 0.0
+    for reading in READINGS:
+        table = filter_weights(OffsetOptions(offset_bits=4, radius=1.0, filter=reading))
+        assert 0 < table[0, 0] < 0.002 * table.max()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_plane_comes_out_as_the_slow_twin_makes_it(seed: int) -> None:
+    reading, radius = READINGS[seed % 2], (1.0, 0.8, 0.6)[seed % 3]
+    rng = np.random.default_rng(seed)
+    reference = straight_camera(13, 10)
+    normal = np.array([rng.normal(0, 0.2), 1.0, rng.normal(0, 0.2)])
+    delta = plane_disparity(reference, normal, 4.0)
+    color = noise(rng, 10, 13, "rgb32")
+    desired = random_camera(rng, 15, 12, reach=0.2, turn=0.2)
+    wanted, depth, coverage, sure = offset_warp(
+        warp_matrix(reference, desired),
+        color.astype(float),
+        delta,
+        (12, 15),
+        reading,
+        radius,
+        density=2,
+        bits=4,
+    )
+    frame = warp(
+        ReferenceView(reference, color, delta.astype(np.float32)),
+        desired,
+        visibility="zbuffer",
+        offset=OffsetOptions(density=2, offset_bits=4, filter=reading, radius=radius),
+    )
+    assert (coverage > 0).sum() > 20
+    # float32 moves sub-samples that lie on a cell's edge to the next one
+    assert np.mean(np.abs(frame.coverage - coverage) < 1e-6) > 0.97
+    alike = (frame.coverage > 0) & (coverage > 0)
+    assert (sure & alike).sum() > 20
+    error = np.abs(frame.color - wanted).max(axis=-1)[alike & sure]
+    assert np.mean(error < 1e-3) > 0.9
+    np.testing.assert_allclose(frame.disparity[alike], depth[alike], rtol=2e-2)
+
+
+def covered_where_known(frame: Any, reference: Camera, normal: Any, offset: float) -> int:
+    """Assert coverage 1 wherever a desired pixel looks at the reference's picture of a plane."""
+    desired = frame.camera
+    delta = plane_disparity(desired, normal, offset)
+    u, v = np.broadcast_arrays(*desired.pixel_grid())
+    cells = np.ones(desired.size, bool)
+    for du in (-0.5, 0.5):
+        for dv in (-0.5, 0.5):
+            slope_u, slope_v = np.gradient(delta, axis=1), np.gradient(delta, axis=0)
+            x, y, _ = warp_points(
+                warp_matrix(desired, reference),
+                u + du,
+                v + dv,
+                delta + du * slope_u + dv * slope_v,
+            )
+            width, height = reference.width, reference.height
+            cells &= (x > -0.3) & (y > -0.3) & (x < width - 0.7) & (y < height - 0.7)
+    assert np.all(frame.coverage[cells] == 1), frame.coverage[cells].min()
+    return int(cells.sum())
+
+
+@pytest.mark.parametrize("visibility", VISIBILITIES)
+@pytest.mark.parametrize("growth", [0.7, 1.0, 1.6, 2.5, 3.7, 5.0])
+def test_adaptive_density_leaves_no_cell_empty_at_any_turn(growth: float, visibility: Any) -> None:
+    rng = np.random.default_rng(int(growth * 10))
+    reference = straight_camera(64, 48)
+    roll = np.pi / 4
+    for turn in (0.0, roll, 0.3, 1.1):
+        cos, sin = np.cos(turn), np.sin(turn)
+        rotation = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+        place = rng.uniform(-0.02, 0.02, 3) + np.array([0, 4 - 4 / growth, 0])
+        desired = Camera(rotation @ reference.matrix, place, 64, 48)
+        frame = warp(view_of(reference, np.full((48, 64), 0.25)), desired, visibility=visibility)
+        assert covered_where_known(frame, reference, (0, 1, 0), 4.0) > 300
+
+
+def test_adaptive_density_leaves_no_cell_empty_on_slanted_planes() -> None:
+    rng = np.random.default_rng(5)
+    total = 0
+    for _ in range(30):
+        reference = straight_camera(64, 48)
+        normal = np.array([rng.normal(0, 0.4), 1.0, rng.normal(0, 0.4)])
+        delta = plane_disparity(reference, normal, 4.0)
+        if delta.min() < 0.02:
+            continue
+        desired = random_camera(rng, 64, 48, reach=0.7, turn=0.7)
+        total += covered_where_known(
+            warp(view_of(reference, delta), desired), reference, normal, 4.0
+        )
+    assert total > 10_000
+
+
+@pytest.mark.parametrize("growth", [1.0, 1.3, 1.9, 2.0])
+def test_the_papers_density_of_four_suffices_up_to_a_growth_of_two(growth: float) -> None:
+    reference = straight_camera(64, 48)
+    view = view_of(reference, np.full((48, 64), 0.25))
+    four = OffsetOptions(density=4)
+    desired = straight_camera(64, 48, (0.0131, 4 - 4 / growth, 0.0171))
+    assert covered_where_known(warp(view, desired, offset=four), reference, (0, 1, 0), 4) > 1000
+    too_near = straight_camera(64, 48, (0.0131, 4 - 4 / 3.1, 0.0171))
+    assert (warp(view, too_near, offset=four).coverage < 1).any()
+
+
+def dot_shift(shift: float, bits: int) -> float:
+    """Columns that a soft dot moves by when the camera moves so that it should by ``shift``."""
+    camera = straight_camera(25, 25, focal=25)
+    color = np.zeros((25, 25, 3), np.float32)
+    color[12, 12] = 1.0
+    view = ReferenceView(camera, color, np.full((25, 25), 0.5, np.float32))
+    moved = camera.moved((-shift / 25 / 0.5, 0, 0))
+    frame = warp(view, moved, offset=OffsetOptions(density=4, offset_bits=bits))
+    return centroid(frame.color[..., 0].astype(float))[0] - 12.0
+
+
+def test_a_dot_follows_the_camera_by_a_sixteenth_of_a_pixel_and_in_steps_without_offsets() -> None:
+    shifts = np.arange(17) / 16
+    with_offsets = np.array([dot_shift(s, 2) for s in shifts])
+    assert np.abs(with_offsets - shifts).max() <= 1 / 16 + 0.02
+    without = np.array([dot_shift(s, 0) for s in shifts])
+    assert np.abs(without - shifts).max() > 1 / 16 + 0.05
+    assert np.abs(without - shifts).mean() > 2 * np.abs(with_offsets - shifts).mean()
+
+
+def test_offsets_make_a_fine_texture_more_true() -> None:
+    rng = np.random.default_rng(9)
+    reference = straight_camera(80, 60)
+
+    def wave(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        value = 0.5 + 0.4 * np.sin(1.1 * u + 0.3 * v) * np.cos(0.7 * v)
+        return np.stack([value] * 3, -1).astype(np.float32)
+
+    u, v = np.broadcast_arrays(*reference.pixel_grid())
+    view = ReferenceView(reference, wave(u, v), np.full((60, 80), 0.25, np.float32))
+    errors = {0: 0.0, 2: 0.0, 4: 0.0}
+    for _ in range(6):
+        place = rng.uniform(-0.1, 0.1, 3)
+        desired = Camera(random_rotation(rng, 0.05) @ reference.matrix, place, 80, 60)
+        delta = plane_disparity(desired, (0, 1, 0), 4.0)
+        x, y, _ = warp_points(
+            warp_matrix(desired, reference), *np.broadcast_arrays(*desired.pixel_grid()), delta
+        )
+        known = (x > 2) & (x < 77) & (y > 2) & (y < 57)
+        for bits in errors:
+            frame = warp(view, desired, offset=OffsetOptions(density=4, offset_bits=bits))
+            errors[bits] += float(((frame.color - wave(x, y))[known] ** 2).mean())
+    assert errors[2] < 0.97 * errors[0]
+    assert errors[4] < 1.02 * errors[2]
+
+
+def test_disparity_between_samples_is_that_of_the_plane_through_them() -> None:
+    reference = straight_camera(64, 48)
+    normal, offset = np.array([0.5, 1.0, -0.4]), 4.0
+    delta = plane_disparity(reference, normal, offset)
+    assert np.abs(np.diff(delta, n=2, axis=0)).max() < 1e-12
+    assert np.abs(np.diff(delta, n=2, axis=1)).max() < 1e-12
+    desired = straight_camera(64, 48, (0.1, 1.2, -0.1))
+    frame = warp(view_of(reference, delta), desired)
+    truth = plane_disparity(desired, normal, offset)
+    whole = frame.coverage == 1
+    whole[:2], whole[-2:], whole[:, :2], whole[:, -2:] = False, False, False, False
+    # the filter's mean over a lattice that is not centred, and float32
+    np.testing.assert_allclose(frame.disparity[whole], truth[whole], rtol=3e-3)
+    assert abs(float(np.mean(frame.disparity[whole] / truth[whole])) - 1) < 2e-4
+
+
+@pytest.mark.parametrize("visibility", VISIBILITIES)
+def test_no_wall_shows_through_a_board_and_no_board_is_printed_on_the_wall(visibility: Any) -> None:
+    camera = straight_camera(64, 48)
+    disparity = np.full((48, 64), 0.2, np.float32)
+    disparity[14:34, 20:44] = 0.5
+    color = np.where(disparity[..., None] > 0.4, [250, 0, 0], [0, 0, 250]).astype(np.uint8)
+    for step in ((0.2, 0, 0), (-0.2, 0.8, 0.1)):
+        desired = camera.moved(step)
+        frame = warp(ReferenceView(camera, color, disparity), desired, visibility=visibility)
+        corners = camera.unproject(np.array([19.5, 43.5]), np.array([13.5, 33.5]), 0.5)
+        (left, right), (top, bottom), _ = desired.project(corners)
+        u, v = np.broadcast_arrays(*desired.pixel_grid())
+        inside = (u > left + 1) & (u < right - 1) & (v > top + 1) & (v < bottom - 1)
+        outside = (u < left - 1.1) | (u > right + 1.1) | (v < top - 1.1) | (v > bottom + 1.1)
+        assert np.all(frame.color[inside] == [250, 0, 0])
+        far = outside & (frame.coverage > 0)
+        assert np.all(frame.color[far] == [0, 0, 250])
+        assert inside.sum() > 200
+        assert far.sum() > 200

@@ -1,0 +1,369 @@
+"""The warp as a whole: what must hold whatever the reconstructor."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from belvedere.ground.errors import CameraError, InputError, ViewError
+from belvedere.scene import Camera, CylinderCamera, Frame, ReferenceView
+from belvedere.warp import (
+    RECONSTRUCTIONS,
+    OffsetOptions,
+    SplatOptions,
+    WarpOptions,
+    prepare,
+    warp,
+)
+from belvedere.warp.warp import BANDS_PER_THREAD
+from tests.warp.worlds import (
+    VISIBILITIES,
+    boards,
+    noise,
+    plane_disparity,
+    random_camera,
+    random_rotation,
+    same,
+    straight_camera,
+    view_of,
+)
+
+KINDS = ("rgb8", "rgba8", "rgb32", "rgba32")
+FOLDER = Path(__file__).resolve().parents[2]
+
+
+# ---- identity ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("visibility", VISIBILITIES)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("reconstruction", ["point", "splat", "mesh"])
+def test_a_view_warped_to_its_own_camera_is_the_identical_view(
+    reconstruction: Any, kind: str, visibility: Any
+) -> None:
+    rng = np.random.default_rng(0)
+    for n in range(4):
+        disparity, _ = boards(rng, 61, 97)
+        disparity[rng.random(disparity.shape) < 0.05] = np.nan
+        camera = random_camera(rng, 97, 61, reach=3, turn=3)
+        color = noise(rng, 61, 97, kind)
+        color[rng.random((61, 97)) < 0.05] = 0  # what exact zeros blend with shows
+        view = ReferenceView(camera, color, disparity)
+        # bridged gaps are coloured too, so mesh is told to show samples alone
+        frame = warp(prepare(view, bridge=0), camera, reconstruction=reconstruction,
+                     visibility=visibility, threads=n + 1)  # fmt: skip
+        known = ~np.isnan(disparity)
+        np.testing.assert_array_equal(frame.coverage, known.astype(np.float32))
+        np.testing.assert_array_equal(frame.color[known], color[known])
+        assert not frame.color[~known].any()
+        np.testing.assert_array_equal(frame.disparity, disparity)
+
+
+def test_the_identity_of_mesh_holds_for_slanted_surfaces_with_bridged_gaps() -> None:
+    rng = np.random.default_rng(1)
+    camera = straight_camera(60, 50)
+    disparity = plane_disparity(camera, (0.3, 1, 0.2), 3.0).astype(np.float32)
+    disparity[20, 10:30] = np.nan
+    view = ReferenceView(camera, noise(rng, 50, 60), disparity)
+    frame = warp(view, camera, reconstruction="mesh")
+    known = ~np.isnan(disparity)
+    assert frame.coverage.all()
+    np.testing.assert_array_equal(frame.color[known], view.color[known])
+    np.testing.assert_array_equal(frame.disparity[known], disparity[known])
+
+
+@pytest.mark.parametrize("filter_name", ["radial", "separable"])
+@pytest.mark.parametrize("density", ["adaptive", 4, 6])
+def test_offset_leaves_constants_and_ramps_as_they_are(density: Any, filter_name: Any) -> None:
+    camera = straight_camera(60, 50)
+    u, v = np.broadcast_arrays(*camera.pixel_grid())
+    color = np.stack([0.01 * u, 0.02 * v, np.full(camera.size, 0.7)], -1).astype(np.float32)
+    view = ReferenceView(camera, color, np.full((50, 60), 0.4, np.float32))
+    options = OffsetOptions(density=density, filter=filter_name)
+    frame = warp(view, camera, offset=options)
+    assert np.all(frame.coverage == 1)
+    inside = np.s_[2:-2, 2:-2]
+    np.testing.assert_allclose(frame.color[..., 2], 0.7, rtol=1e-5)
+    # one sub-sample a cell is kept, so the lattice is not centred on the pixel: under a twentieth
+    # of a pixel's step
+    np.testing.assert_allclose(frame.color[..., 0][inside], color[..., 0][inside], atol=0.01 / 8)
+    np.testing.assert_allclose(frame.color[..., 1][inside], color[..., 1][inside], atol=0.02 / 8)
+    np.testing.assert_allclose(frame.disparity, 0.4, rtol=1e-5)
+
+
+def test_offset_covers_wholly_what_has_samples_and_nothing_else() -> None:
+    rng = np.random.default_rng(2)
+    disparity, _ = boards(rng, 61, 97)
+    disparity[20:30, 40:55] = np.nan
+    disparity[5, 5] = np.nan
+    camera = straight_camera(97, 61)
+    frame = warp(prepare(view_of(camera, disparity), bridge=0), camera)
+    np.testing.assert_array_equal(frame.coverage, (~np.isnan(disparity)).astype(np.float32))
+    bridged = warp(view_of(camera, disparity), camera)
+    assert bridged.coverage[5, 5] == 1
+    assert np.all(bridged.coverage[22:28, 42:53] == 0)
+
+
+# ---- threads -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("reconstruction", "visibility", "composite"), list(
+    product(RECONSTRUCTIONS, VISIBILITIES, ("blend", "nearest"))))  # fmt: skip
+def test_the_number_of_threads_does_not_change_a_byte(
+    reconstruction: Any, visibility: Any, composite: Any
+) -> None:
+    rng = np.random.default_rng(7)
+    for n in range(5):
+        views = []
+        for _ in range(2 if n else 1):
+            disparity, _ = boards(rng, 61, 97)
+            disparity *= np.linspace(1, 2, 97, dtype=np.float32)
+            disparity[rng.random(disparity.shape) < 0.03] = np.nan
+            camera = random_camera(rng, 97, 61, reach=0.2)
+            views.append(ReferenceView(camera, noise(rng, 61, 97, KINDS[n % 4]), disparity))
+        size = ((97, 61), (61, 97), (33, 131), (130, 7), (5, 3))[n]
+        desired = random_camera(rng, *size, reach=0.5, turn=0.4)
+        options = WarpOptions(
+            reconstruction=reconstruction,
+            visibility=visibility,
+            composite=composite,
+            fill="background" if n == 4 else "none",
+        )
+        one = warp(views, desired, threads=1, options=options)
+        for threads in (2, 3, 4):
+            many = warp(views, desired, threads=threads, options=options)
+            assert same(one, many), (n, threads)
+    assert BANDS_PER_THREAD * 4 > 7  # some of those pictures have fewer rows than bands
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
+def test_large_pictures_do_not_depend_on_the_threads_either(reconstruction: Any) -> None:
+    """Places are rounded where a power of two is crossed: only tall pictures show that."""
+    rng = np.random.default_rng(8)
+    for n in range(6):
+        camera = straight_camera(300, 530)
+        disparity, _ = boards(rng, 530, 300, 8)
+        view = ReferenceView(camera, noise(rng, 530, 300), disparity)
+        place = rng.normal(0, 0.1, 3)
+        desired = Camera(random_rotation(rng, 0.05) @ camera.matrix, place, 300, 530)
+        choices: dict[str, Any] = {
+            "reconstruction": reconstruction,
+            "visibility": VISIBILITIES[n % 2],
+        }
+        one = warp(view, desired, threads=1, **choices)
+        for threads in (2, 4):
+            assert same(one, warp(view, desired, threads=threads, **choices))
+
+
+# ---- anything goes -----------------------------------------------------------------------------
+
+
+def assert_frame_is_sound(frame: Frame) -> None:
+    assert frame.color.shape[:2] == frame.disparity.shape == frame.coverage.shape
+    assert np.isfinite(frame.color.astype(np.float64)).all()
+    assert frame.coverage.min() >= 0
+    assert frame.coverage.max() <= 1
+    np.testing.assert_array_equal(np.isnan(frame.disparity), frame.coverage == 0)
+    assert not frame.color[frame.coverage == 0].any()
+    known = frame.disparity[frame.coverage > 0]
+    assert np.all(known >= 0)
+
+
+def strange_view(rng: np.random.Generator, n: int) -> ReferenceView:
+    width, height = ((1, 1), (2, 1), (1, 5), (3, 3), (9, 7), (17, 34), (33, 12))[n % 7]
+    scale = 10.0 ** rng.uniform(-6, 6) if n % 3 == 0 else 1.0
+    disparity = rng.uniform(0, 2, (height, width)) / scale
+    match n % 8:
+        case 0:
+            disparity[:] = 0
+        case 1:
+            disparity[:] = np.nan
+        case 2:
+            disparity[rng.random((height, width)) < 0.5] = np.nan
+        case 3:
+            disparity[:] = 1.0 / scale
+        case 4:
+            disparity = rng.choice([0.0, 1e-30, 1e-3, 1.0, 1e3, 1e30], (height, width))
+        case 5:
+            disparity = np.outer(np.linspace(0, 3, height), np.ones(width)) / scale
+        case _:
+            pass
+    camera = random_camera(rng, width, height, reach=scale, turn=3.1)
+    return ReferenceView(camera, noise(rng, height, width, KINDS[n % 4]), disparity)
+
+
+def strange_camera(rng: np.random.Generator, n: int, view: ReferenceView) -> Camera:
+    width, height = ((8, 6), (1, 1), (13, 2), (3, 21))[n % 4]
+    reference = view.camera
+    assert isinstance(reference, Camera)
+    camera = random_camera(rng, width, height, turn=3.1)
+    match n % 6:
+        case 0:
+            center = reference.center
+        case 1:  # on a surface, or a hair from it
+            v, u = (int(rng.integers(0, side)) for side in reference.size)
+            point = reference.unproject(u, v, np.float64(view.disparity[v, u]))
+            center = point + rng.normal(0, 10.0 ** rng.uniform(-12, -1), 3)
+        case 2:  # in the reference's own plane
+            center = reference.center + reference.matrix[:, 0] * rng.normal(0, 10)
+        case 3:
+            center = reference.center + rng.normal(0, 10.0 ** rng.uniform(-9, 9), 3)
+        case 4:  # ahead, near its own picture's axis
+            u, v = rng.uniform(-1, reference.width), rng.uniform(-1, reference.height)
+            center = reference.center + reference.rays(u, v) * rng.normal(0, 2)
+            camera = Camera(reference.matrix, reference.center, width, height)
+        case _:
+            center = camera.center
+    if not np.isfinite(center).all() or np.abs(center).max() > 1e12:
+        center = reference.center
+    return camera.moved(center)
+
+
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
+def test_two_thousand_strange_cameras_break_nothing(reconstruction: Any) -> None:
+    rng = np.random.default_rng(11)
+    for n in range(2000):
+        view = strange_view(rng, n)
+        views = [view] if n % 3 else [view, strange_view(rng, n + 28)]
+        if len({(v.color.dtype, v.color.shape[2]) for v in views}) > 1:
+            views = [view]
+        frame = warp(
+            views,
+            strange_camera(rng, n, view),
+            threads=1,
+            reconstruction=reconstruction,
+            visibility=VISIBILITIES[n // 7 % 2],
+            composite=("blend", "nearest")[n // 5 % 2],
+            offset=OffsetOptions(density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2]),  # type: ignore[arg-type]
+            splat=SplatOptions(size=("jacobian", 5)[n % 2]),  # type: ignore[arg-type]
+        )
+        assert_frame_is_sound(frame)
+
+
+INTERPRETED = """
+import sys
+import numpy as np
+import warnings
+warnings.simplefilter("ignore", RuntimeWarning)  # kernels divide as IEEE says
+from belvedere.warp import OffsetOptions, SplatOptions, warp
+from tests.warp.test_warp import assert_frame_is_sound, strange_camera, strange_view
+from belvedere.warp import _scatter as kernels
+assert not hasattr(kernels.scatter, "py_func"), "these kernels are compiled"
+reconstruction = sys.argv[1]
+rng = np.random.default_rng(12)
+for n in range(60):
+    view = strange_view(rng, n if n % 7 < 5 else n + 2)
+    assert_frame_is_sound(warp(
+        [view, view] if n % 2 else view, strange_camera(rng, n, view), threads=1,
+        reconstruction=reconstruction, visibility=("order", "zbuffer")[n % 2],
+        composite=("blend", "nearest")[n // 2 % 2],
+        offset=OffsetOptions(density=("adaptive", 4)[n % 2], largest=8),
+        splat=SplatOptions(size=("jacobian", 5)[n // 2 % 2]),
+    ))
+print("sound")
+"""
+
+
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
+def test_interpreted_kernels_never_reach_outside_an_array(reconstruction: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERPRETED, reconstruction],
+        cwd=FOLDER,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.strip() == "sound"
+
+
+# ---- saying no ---------------------------------------------------------------------------------
+
+VIEW = view_of(straight_camera(8, 6), np.ones((6, 8)))
+HOME = straight_camera(8, 6)
+
+
+@pytest.mark.parametrize(
+    ("views", "camera", "choices", "error", "text"),
+    [
+        ([], HOME, {}, ViewError, "warp.views is empty, expected at least one reference view"),
+        (None, HOME, {}, ViewError, "warp.views is a NoneType, expected a ReferenceView or"),
+        (7, HOME, {}, ViewError, "warp.views is a int, expected a ReferenceView or several"),
+        ([VIEW, "x"], HOME, {}, ViewError, "warp.views[1] is a str, expected a ReferenceView"),
+        (VIEW, None, {}, CameraError, "the desired view has a NoneType, but warping goes between"),
+        (
+            VIEW,
+            CylinderCamera([0, 0, 0], 8, 6),
+            {},
+            CameraError,
+            "the desired view has a CylinderCamera, but warping goes between planar cameras",
+        ),
+        (VIEW, HOME, {"threads": 0}, InputError, "threads is 0, expected a whole number from 1 to"),
+        (VIEW, HOME, {"threads": 1.5}, InputError, "threads is 1.5, expected a whole number"),
+        (VIEW, HOME, {"quality": 3}, InputError, "warp has no option 'quality', expected one of"),
+        (VIEW, HOME, {"options": "point"}, InputError, "warp.options is a str, expected WarpOpt"),
+        (VIEW, HOME, {"reconstruction": "spline"}, InputError, "reconstruction is 'spline', exp"),
+        (VIEW, HOME, {"visibility": "depth"}, InputError, "visibility is 'depth', expected one"),
+        (VIEW, HOME, {"composite": None}, InputError, "composite is None, expected one of 'blend"),
+        (VIEW, HOME, {"fill": True}, InputError, "fill is True, expected one of 'none', 'back"),
+        (VIEW, HOME, {"surface_tolerance": -1}, InputError, "surface_tolerance is -1, expected"),
+        (VIEW, HOME, {"splat": 3}, InputError, "splat is a int, expected SplatOptions(...)"),
+        (VIEW, HOME, {"offset": {}}, InputError, "offset is a dict, expected OffsetOptions(...)"),
+    ],
+)
+def test_a_bad_call_is_refused_before_the_work(
+    views: Any, camera: Any, choices: dict[str, Any], error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error) as refusal:
+        warp(views, camera, **choices)
+    assert text in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: SplatOptions(size=2), "SplatOptions.size is 2, expected an odd number"),
+        (lambda: SplatOptions(size=17), "SplatOptions.size is 17, expected a whole number from 1"),
+        (lambda: SplatOptions(largest=4), "SplatOptions.largest is 4, expected an odd number"),
+        (lambda: OffsetOptions(density=3), "OffsetOptions.density is 3, expected an even number"),
+        (lambda: OffsetOptions(density=18), "density is 18, expected a whole number from 2 to 16"),
+        (lambda: OffsetOptions(buffer_scale=1), "buffer_scale is 1, expected a whole number from"),
+        (lambda: OffsetOptions(offset_bits=5), "offset_bits is 5, expected a whole number from 0"),
+        (lambda: OffsetOptions(radius=0.4), "radius is 0.4, expected a finite number from 0.5 up"),
+        (lambda: OffsetOptions(largest=1), "largest is 1, expected a whole number from 2 to 256"),
+        (lambda: OffsetOptions(filter="box"), "filter is 'box', expected one of 'radial', 'sepa"),  # type: ignore[arg-type]
+        (lambda: prepare(None), "prepare.view is a NoneType, expected a ReferenceView"),  # type: ignore[arg-type]
+        (lambda: prepare(VIEW, edge_tolerance=2), "prepare.edge_tolerance is 2, expected a fin"),
+        (lambda: prepare(VIEW, bridge=-1), "prepare.bridge is -1, expected a whole number from 0"),
+    ],
+)
+def test_bad_options_are_refused_by_name(make: Any, text: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        make()
+    assert text in str(refusal.value)
+
+
+def test_a_frame_is_not_a_view_until_it_is_made_one() -> None:
+    frame = warp(VIEW, HOME)
+    for views in (frame, [frame]):
+        with pytest.raises(ViewError, match=r"a Frame becomes one with as_view\(\)"):
+            warp(views, HOME)  # type: ignore[arg-type]
+    with pytest.raises(ViewError, match=r"prepare.view is a Frame.*as_view\(\)"):
+        prepare(frame)  # type: ignore[arg-type]
+    assert warp(frame.as_view(), HOME, reconstruction="point").coverage.all()
+
+
+def test_single_choices_override_options() -> None:
+    options = WarpOptions(reconstruction="point", fill="background")
+    frame = warp(VIEW, HOME, options=options, fill="none")
+    assert frame.filled is None
+    np.testing.assert_array_equal(frame.color, VIEW.color)

@@ -83,7 +83,7 @@ def demo(
     size: tuple[int, int] = (640, 512),
     references: int = 20,
     checked: int = 4,
-    reconstruction: str = "splat",
+    reconstruction: str = "mesh",
     compared: Sequence[str] = ("point", "splat", "mesh", "offset"),
     threads: int | None = None,
     force: bool = False,

@@ -58,20 +58,23 @@ def shrink_background(
 
 @kernel
 def fill_from_coarser(
-    coarse_color: F4, coarse_disparity: F4, tolerance: Real, out_color: F4, out_disparity: F4
-) -> None:
+    coarse_color: F4, coarse_disparity: F4, tolerance: Real, row_low: int, row_high: int,
+    out_color: F4, out_disparity: F4,
+) -> None:  # fmt: skip
     """Give each missing pixel the farthest of the four coarser pixels round it, interpolated.
 
     Args:
         coarse_color: (h, w, 4), without holes.
         coarse_disparity: (h, w), without holes.
         tolerance: relative difference in disparity up to which pixels are one surface.
+        row_low: first row to fill.
+        row_high: row after the last.
         out_color: (H, W, 4), read where disparity is known, written where it is not.
         out_disparity: (H, W) likewise.
     """
-    height, width = out_disparity.shape
+    width = out_disparity.shape[1]
     rows, columns = coarse_disparity.shape
-    for y in range(height):
+    for y in range(row_low, row_high):
         for x in range(width):
             if not np.isnan(out_disparity[y, x]):
                 continue

@@ -96,6 +96,15 @@ def cell_lattice(
     ac = (xc - xa) * (xc - xa) + (yc - ya) * (yc - ya)
     bd = (xd - xb) * (xd - xb) + (yd - yb) * (yd - yb)
     along_u, along_v = np.sqrt(max(ab, cd)), np.sqrt(max(ac, bd))
+    # sub-samples lie between the corners, but for float32: its noise grows with the cell
+    slack = ONE + np.float32(0.01) * max(along_u, along_v)
+    if (
+        (max(xa, xb, xc, xd) + ONE + slack) * scale_b < ZERO
+        or (min(xa, xb, xc, xd) + ONE - slack) * scale_b > np.float32(columns)
+        or (max(ya, yb, yc, yd) + ONE + slack) * scale_b < first
+        or (min(ya, yb, yc, yd) + ONE - slack) * scale_b > end
+    ):
+        return 0, 0
     need = scale_b * np.float32(1.41421356)
     return lattice_size(along_u * need, largest), lattice_size(along_v * need, largest)
 
@@ -327,6 +336,8 @@ def fill_offset_buffer(
                             w, u4, v4, ONE, ONE, d00, d01, d10, d11, b4, first4, end4, columns,
                             largest,
                         )  # fmt: skip
+                    if nu == 0:
+                        continue
                     if nu != laid_nu or nv != laid_nv or u_step != laid_u or v_step != laid_v:
                         lay_lattice(nu, nv, u_step, v_step, fus, fvs)
                         laid_nu, laid_nv, laid_u, laid_v = nu, nv, u_step, v_step

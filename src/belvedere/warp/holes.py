@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8
+from belvedere.ground.threads import run_parallel, thread_count
 from belvedere.scene import Frame
-from belvedere.warp.prepare import linear_rgba
+from belvedere.warp.prepare import linear_rgba, row_bands
 from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
+Level = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
-def fill_background(frame: Frame, tolerance: float = SURFACE_TOLERANCE) -> Frame:
+
+def fill_background(
+    frame: Frame, tolerance: float = SURFACE_TOLERANCE, threads: int | None = None
+) -> Frame:
     """Continue the farther of the surfaces round each hole into it.
 
     What a hole hides is nearly always the background: the foreground ends at the hole's edge. The
@@ -21,6 +27,7 @@ def fill_background(frame: Frame, tolerance: float = SURFACE_TOLERANCE) -> Frame
     Args:
         frame: as `warp` gives it.
         tolerance: relative difference in disparity up to which pixels are one surface.
+        threads: how many to use; the result does not depend on it.
 
     Returns:
         A frame whose ``filled`` mask is True where colour was invented; coverage still says 0
@@ -35,18 +42,38 @@ def fill_background(frame: Frame, tolerance: float = SURFACE_TOLERANCE) -> Frame
         return Frame(
             frame.camera, frame.color, frame.disparity, frame.coverage, np.zeros_like(holes)
         )
-    colors = [np.array(linear_rgba(frame.color))]
+    count = thread_count(threads)
+    colors = [np.array(linear_rgba(frame.color, threads))]
     disparities = [frame.disparity.copy()]
     while np.isnan(disparities[-1]).any():
         size = tuple(-(-side // 2) for side in disparities[-1].shape)
+        fine = colors[-1], disparities[-1]
         color, disparity = np.empty((*size, 4), np.float32), np.empty(size, np.float32)
-        _holes.shrink_background(colors[-1], disparities[-1], tolerance, color, disparity)
+
+        def shrink(
+            band: tuple[int, int], fine: Level = fine, coarse: Level = (color, disparity)
+        ) -> None:
+            rows, source = slice(*band), slice(2 * band[0], 2 * band[1])
+            _holes.shrink_background(
+                fine[0][source], fine[1][source], tolerance, coarse[0][rows], coarse[1][rows]
+            )
+
+        run_parallel(shrink, row_bands(size[0], count), threads)
         colors.append(color)
         disparities.append(disparity)
     for level in range(len(colors) - 1, 0, -1):
-        _holes.fill_from_coarser(
-            colors[level], disparities[level], tolerance, colors[level - 1], disparities[level - 1]
-        )
+
+        def fill(band: tuple[int, int], level: int = level) -> None:
+            _holes.fill_from_coarser(
+                colors[level],
+                disparities[level],
+                tolerance,
+                *band,
+                colors[level - 1],
+                disparities[level - 1],
+            )
+
+        run_parallel(fill, row_bands(disparities[level - 1].shape[0], count), threads)
     if frame.color.dtype == np.uint8:
         encoded = np.empty_like(frame.color)
         _compose.encode(colors[0], LINEAR_TO_SRGB8, encoded)

@@ -98,7 +98,7 @@ def warp(
     if chosen.fill == "background":
         from belvedere.warp.holes import fill_background
 
-        return fill_background(frame)
+        return fill_background(frame, chosen.surface_tolerance, threads)
     return frame
 
 

@@ -165,7 +165,7 @@ class VideoWriter:
             stream.height = self.height + self.height % 2
             stream.pix_fmt = "yuv420p"
             stream.time_base = 1 / self.fps
-            stream.options = {"crf": str(self.crf), "preset": "medium"}
+            stream.options = {"crf": str(self.crf), "preset": "veryfast"}
             context = stream.codec_context
             context.thread_count = THREADS
             context.colorspace = context.color_primaries = context.color_trc = _BT709

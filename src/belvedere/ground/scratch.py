@@ -20,8 +20,15 @@ _held = threading.local()
 def scratch(name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """An array of this thread's own, with whatever it held before.
 
-    It is overwritten by the thread's next call with the same name: never let one out of the
-    function that asked for it.
+    It is overwritten when the thread asks for the same name again: use it up before, and never
+    let a caller of the library see it.
+
+    Args:
+        name: what it is for; each purpose has its own.
+        shape: of the array.
+        dtype: of its elements.
+
+    Memory: the largest block asked for under each name stays with the thread.
     """
     kept: dict[str, npt.NDArray[np.uint8]] = _held.__dict__
     kind = np.dtype(dtype)

@@ -27,6 +27,11 @@ F4 = npt.NDArray[np.float32]
 BANDS_PER_THREAD = 3
 """Bands are handed to whichever thread is free; a few per thread even out their loads."""
 
+SMALLEST_BAND = 8192
+"""Pixels of a band for which waking a thread is worth while."""
+LARGEST_BAND = 1 << 18
+"""Pixels of a band at most: bounds the working memory of large views."""
+
 NEARNESS_FLOOR = 0.05
 """Share of the mean distance below which being nearer to the desired eye adds no more weight."""
 
@@ -67,8 +72,9 @@ def warp(
         CameraError: a camera that is not planar.
         ViewError: no view, or views whose colours differ in type or channels.
 
-    Memory: for each reference 20 bytes a pixel of the bands in work (see `BANDS_PER_THREAD`), and
-    for ``offset`` 68 more.
+    Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
+    `LARGEST_BAND` pixels: 24 bytes a pixel and reference, for ``offset`` 92 more (its warp buffer,
+    four cells a pixel), so 30 MB a thread with two references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.
@@ -92,14 +98,19 @@ def warp(
         band = slice(*rows)
         _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
 
-    bands = row_bands(desired.height, 1 if count == 1 else count * BANDS_PER_THREAD)
-    run_parallel(work, bands, threads)
+    run_parallel(work, row_bands(desired.height, band_count(pixels, count)), threads)
     frame = Frame(desired, color, disparity, coverage)
     if chosen.fill == "background":
         from belvedere.warp.holes import fill_background
 
         return fill_background(frame, chosen.surface_tolerance, threads)
     return frame
+
+
+def band_count(pixels: int, threads: int) -> int:
+    """Into how many bands a desired view of so many pixels is cut; the picture is the same."""
+    wanted = 1 if threads == 1 else threads * BANDS_PER_THREAD
+    return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // LARGEST_BAND), 1)
 
 
 def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpOptions:

@@ -53,4 +53,4 @@ class City:
             for du in places:
                 total += self.look(camera, u + du, v + dv)[0]
         disparity = self.look(camera, u, v)[1]
-        return ReferenceView(camera, encode_srgb8(total / rays**2), disparity)
+        return ReferenceView(camera, encode_srgb8(total / rays**2), disparity.astype(np.float32))

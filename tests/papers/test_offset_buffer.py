@@ -23,8 +23,7 @@ def above_the_city(angle: float, width: int = 160, height: int = 120) -> Camera:
 
 
 def test_6_1_the_detector_finds_the_edges_between_blocks_and_no_others() -> None:
-    """Recall and precision of cut links where rays from neighbouring pixels hit surfaces whose
-    depths differ by more than sampling explains; measured recall 1.000, precision 0.99 and up."""
+    """Recall and precision of cut links, against finer rays; measured 1.000 and 0.98."""
     found = missed = false = 0
     for seed in range(4):
         city = City(seed)
@@ -35,12 +34,14 @@ def test_6_1_the_detector_finds_the_edges_between_blocks_and_no_others() -> None
         steps = np.stack([city.look(camera, u[:, :-1] + k / 32, v[:, :-1])[1] for k in range(33)])
         jump = np.abs(np.diff(steps, axis=0)).max(axis=0) / steps.max(axis=0)
         edge, smooth = jump > 0.06, jump < 0.02
+        # sampled well enough to be known for one surface: two more steps on either side are smooth
+        whole = smooth[:, 2:-2] & smooth[:, :-4] & smooth[:, 1:-3] & smooth[:, 3:-1] & smooth[:, 4:]
         cut = (prepare(view).links()[:, :-1] & 1) == 0
         # a jump there and back within one pixel cannot be known from its ends
         same_again = np.abs(steps[0] - steps[-1]) < 0.05 * steps[0]
         found += int((cut & edge).sum())
         missed += int((~cut & edge & ~same_again).sum())
-        false += int((cut & smooth).sum())
+        false += int((cut[:, 2:-2] & whole).sum())
     assert found > 500
     assert found / (found + missed) >= 0.99
     assert found / (found + false) >= 0.95
@@ -77,9 +78,9 @@ def test_6_3_offsets_beat_no_offsets_and_those_beat_splats(city_scores: dict[str
 
 
 @pytest.mark.xfail(
-    reason="the paper's filter, two output pixels wide, blurs what bilinear quads keep: 1.2 dB "
-    "below the mesh on this fine texture, more with two references, whose partly covered "
-    "silhouettes replace the background instead of covering a part of it"
+    reason="1.4 dB below: a filter over output pixels blurs this fine texture more than bilinear "
+    "quads do (0.5 dB with one reference), and of two references the partly covered silhouettes of "
+    "one replace the other's background instead of covering a share of it"
 )
 def test_6_3_offset_is_within_half_a_decibel_of_the_mesh(city_scores: dict[str, float]) -> None:
     assert abs(city_scores["offset"] - city_scores["mesh"]) <= 0.5
@@ -110,7 +111,7 @@ def cones(shared_data: Path, source: str) -> tuple[ReferenceView, Camera, np.nda
 
 @pytest.mark.parametrize(
     ("source", "point", "offset", "mesh"),
-    [("left", 27.62, 28.61, 28.55), ("right", 27.53, 28.41, 28.14)],
+    [("left", 27.62, 28.79, 28.55), ("right", 27.53, 28.63, 28.14)],
 )
 def test_on_a_real_pair_with_true_disparity_offset_beats_point(
     shared_data: Path, source: str, point: float, offset: float, mesh: float
@@ -118,15 +119,14 @@ def test_on_a_real_pair_with_true_disparity_offset_beats_point(
     """PSNR of one picture from the other on pixels that both cover, as measured (450 x 375)."""
     view, camera, truth = cones(shared_data, source)
     frames: dict[str, Frame] = {
-        r: warp(view, camera, reconstruction=r)  # type: ignore[arg-type]
-        for r in ("point", "offset", "mesh")
+        r: warp(view, camera, reconstruction=r) for r in ("point", "offset", "mesh")
     }
     both = (frames["point"].coverage > 0) & (frames["offset"].coverage > 0)
     scores = {r: psnr(frame.color, truth, both) for r, frame in frames.items()}
     assert scores["point"] == pytest.approx(point, abs=0.1)
     assert scores["offset"] >= offset - 0.1
     assert scores["mesh"] >= mesh - 0.1
-    assert scores["offset"] - scores["point"] >= 0.8
+    assert scores["offset"] - scores["point"] >= 1.0
 
 
 def test_6_6_nine_references_leave_under_one_per_cent_of_holes_within_twenty_degrees() -> None:
@@ -134,6 +134,5 @@ def test_6_6_nine_references_leave_under_one_per_cent_of_holes_within_twenty_deg
     angles = np.linspace(-1.2, 1.2, 9)  # 17 degrees apart
     views = [prepare(city.photograph(above_the_city(a, 120, 90), rays=1)) for a in angles]
     for angle in np.linspace(-1.1, 1.1, 12):
-        nearest = [views[i] for i in np.argsort(np.abs(angles - angle))[:3]]
-        frame = warp(nearest, above_the_city(angle, 120, 90))
+        frame = warp(views, above_the_city(angle, 120, 90))
         assert frame.hole_fraction < 0.01

@@ -69,7 +69,7 @@ def test_6_6_parallel_and_serial_warps_are_the_same_picture() -> None:
              for x in (-1, 1)]  # fmt: skip
     camera = Camera.look_at((0, -13, 7), (0, 0, 0), width=256, height=205)
     for reconstruction in ("point", "splat", "mesh", "offset"):
-        frames = [warp(views, camera, reconstruction=reconstruction, threads=t)  # type: ignore[arg-type]
+        frames = [warp(views, camera, reconstruction=reconstruction, threads=t)
                   for t in (1, 2, 4)]  # fmt: skip
         assert same(frames[0], frames[1])
         assert same(frames[0], frames[2])
@@ -93,7 +93,12 @@ def office(shared_data: Path) -> DepthViews:
 
 @pytest.mark.parametrize(
     ("reconstruction", "covered", "holes"),
-    [("point", 0.0, 0.0), ("splat", 0.0, 0.0), ("mesh", 0.0, 0.0), ("offset", 0.0, 0.0)],
+    [
+        ("point", 19.07, 0.301),
+        ("splat", 19.17, 0.221),
+        ("mesh", 19.66, 0.224),
+        ("offset", 19.63, 0.213),
+    ],
 )
 def test_held_out_frames_of_a_real_office_are_predicted_from_two_others(
     office: DepthViews, reconstruction: Any, covered: float, holes: float
@@ -106,6 +111,5 @@ def test_held_out_frames_of_a_real_office_are_predicted_from_two_others(
         frame = office.render(truth.camera, exclude=held, reconstruction=reconstruction)
         scores.append(psnr(frame.color, truth.color, frame.coverage > 0))
         missing.append(frame.hole_fraction)
-    print("MEASURED", reconstruction, np.mean(scores), np.mean(missing))
     assert np.mean(scores) >= covered - 0.1
     assert np.mean(missing) == pytest.approx(holes, abs=0.01)

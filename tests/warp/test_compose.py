@@ -10,8 +10,8 @@ import pytest
 from belvedere.ground.color import decode_srgb8
 from belvedere.ground.errors import ViewError
 from belvedere.scene import ReferenceView
-from belvedere.warp import RECONSTRUCTIONS, warp
-from belvedere.warp.warp import nearest_first, nearness_weights, prepare
+from belvedere.warp import RECONSTRUCTIONS, prepare, warp
+from belvedere.warp.warp import nearest_first, nearness_weights
 from tests.warp.worlds import grey, noise, straight_camera, view_of
 
 CENTER = straight_camera(24, 18)

@@ -186,9 +186,7 @@ def test_offsets_make_a_fine_texture_more_true() -> None:
         place = rng.uniform(-0.1, 0.1, 3)
         desired = Camera(random_rotation(rng, 0.05) @ reference.matrix, place, 80, 60)
         delta = plane_disparity(desired, (0, 1, 0), 4.0)
-        x, y, _ = warp_points(
-            warp_matrix(desired, reference), *np.broadcast_arrays(*desired.pixel_grid()), delta
-        )
+        x, y, _ = warp_points(warp_matrix(desired, reference), u, v, delta)
         known = (x > 2) & (x < 77) & (y > 2) & (y < 57)
         for bits in errors:
             frame = warp(view, desired, offset=OffsetOptions(density=4, offset_bits=bits))

@@ -118,7 +118,7 @@ def test_splats_sized_by_the_jacobian_leave_no_crack_and_paint_no_more_than_need
     desired = straight_camera(64, 48, (0.013, 4 - 4 / growth, 0.021))
     frame = warp(view, desired, reconstruction="splat")
     u, v = np.meshgrid(np.arange(64.0), np.arange(48.0))
-    x, y, _ = warp_points(warp_matrix(view.camera, desired), u, v, 0.25)
+    x, y, _ = warp_points(warp_matrix(straight_camera(64, 48), desired), u, v, 0.25)
     reach = max(np.ceil((growth - 1) / 2 - 1e-6), 0) + 0.5
     inside = np.zeros((48, 64), bool)
     for px, py in zip(x.ravel(), y.ravel(), strict=True):
@@ -139,7 +139,10 @@ def test_no_background_leaks_through_the_cracks_of_a_foreground(visibility: Any)
     color[15:45, 25:70] = 20
     for _ in range(5):
         desired = Camera(
-            random_rotation(rng, 0.1) @ camera.matrix, (rng.uniform(-0.2, 0.2), 0.9, 0.05), 97, 61
+            random_rotation(rng, 0.1) @ camera.matrix,
+            np.array([rng.uniform(-0.2, 0.2), 0.9, 0.05]),
+            97,
+            61,
         )
         corners = np.array([(25, 15), (69, 15), (69, 44), (25, 44)], float)
         u, v = np.meshgrid(np.arange(97.0), np.arange(61.0))
@@ -153,9 +156,13 @@ def test_no_background_leaks_through_the_cracks_of_a_foreground(visibility: Any)
         )  # fmt: skip
         assert inside.sum() > 1000
         for size in (3, "jacobian"):
-            frame = warp([ReferenceView(camera, color, disparity)], desired,
-                         reconstruction="splat", visibility=visibility,
-                         splat=SplatOptions(size=size))  # type: ignore[arg-type]  # fmt: skip
+            frame = warp(
+                [ReferenceView(camera, color, disparity)],
+                desired,
+                reconstruction="splat",
+                visibility=visibility,
+                splat=SplatOptions(size=size),
+            )
             assert np.all(frame.color[inside] == 20), size
         points = warp(ReferenceView(camera, color, disparity), desired, reconstruction="point")
         assert np.any(points.color[inside] != 20)  # cracks were there to leak through

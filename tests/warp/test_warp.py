@@ -197,7 +197,8 @@ def strange_view(rng: np.random.Generator, n: int) -> ReferenceView:
         case _:
             pass
     camera = random_camera(rng, width, height, reach=scale, turn=3.1)
-    return ReferenceView(camera, noise(rng, height, width, KINDS[n % 4]), disparity)
+    color = noise(rng, height, width, KINDS[n % 4])
+    return ReferenceView(camera, color, disparity.astype(np.float32))
 
 
 def strange_camera(rng: np.random.Generator, n: int, view: ReferenceView) -> Camera:
@@ -242,8 +243,8 @@ def test_two_thousand_strange_cameras_break_nothing(reconstruction: Any) -> None
             reconstruction=reconstruction,
             visibility=VISIBILITIES[n // 7 % 2],
             composite=("blend", "nearest")[n // 5 % 2],
-            offset=OffsetOptions(density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2]),  # type: ignore[arg-type]
-            splat=SplatOptions(size=("jacobian", 5)[n % 2]),  # type: ignore[arg-type]
+            offset=OffsetOptions(density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2]),
+            splat=SplatOptions(size=("jacobian", 5)[n % 2]),
         )
         assert_frame_is_sound(frame)
 

@@ -1,0 +1,1 @@
+"""Benchmarks, for asv; README.md tells how to run them."""

@@ -38,52 +38,6 @@ GENTLE_TURN = math.radians(30.0)
 SAME_WAY = math.radians(25.0)
 """Views that differ by less from their mean direction can be shown by a wobble about one point."""
 
-SINGLE_SWAY = 0.03
-"""Radius of the wobble about a single view, in distances to what it shows: small enough that
-little comes to light behind things, large enough to be seen."""
-
-WORTH_OF_A_TURN = 1.0
-"""Radians of turning that take as long as moving by one typical step, in `through` and `wobble`."""
-
-MOST_VIEWS = 400
-"""Views that a wobble is shaped by; of longer captures, evenly spaced ones."""
-
-CONVERGENCE = math.radians(1.5)
-"""Mean angle between optical axes from which on they are taken to meet at one place."""
-
-GENTLE_TURN = math.radians(30.0)
-"""Neighbours on a way that differ by less can be averaged direction by direction."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
-
-MOST_VIEWS = 400
-"""Views that a wobble is shaped by; of longer captures, evenly spaced ones."""
-
-CONVERGENCE = math.radians(1.5)
-"""Mean angle between optical axes from which on they are taken to meet at one place."""
-
-GENTLE_TURN = math.radians(30.0)
-"""Neighbours on a way that differ by less can be averaged direction by direction."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
-
-CONVERGENCE = math.radians(1.5)
-"""Mean angle between optical axes from which on they are taken to meet at one place."""
-
-GENTLE_TURN = math.radians(30.0)
-"""Neighbours on a way that differ by less can be averaged direction by direction."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
-
-GENTLE_TURN = math.radians(30.0)
-"""Neighbours on a way that differ by less can be averaged direction by direction."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
-
 
 def wobble(
     cameras: Sequence[CameraModel],

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -151,11 +152,10 @@ def make_open3d(view: ReferenceView, camera: Camera, threads: int) -> Callable[[
     """RGB-D image to point cloud in the world, projected into the desired camera."""
     del threads
     try:
-        import open3d as o3d
+        o3d: Any = import_module("open3d")  # an extra: it may be missing where types are checked
     except ImportError as caught:
         raise MissingDependencyError("Open3D") from caught
-    core: Any = o3d.core  # its stubs know no NumPy
-    tensor, geometry = core.Tensor, o3d.t.geometry
+    tensor, geometry = o3d.core.Tensor, o3d.t.geometry
     reference = _planar(view)
     depth = _depth(view)
     color_image = geometry.Image(tensor.from_numpy(view.color))

@@ -74,7 +74,10 @@ def blend(
     colors: F4, disparities: F4, coverages: F4, weights: F4, tolerance: Real,
     out_color: F4, out_disparity: F4, out_coverage: F4,
 ) -> None:  # fmt: skip
-    """The surface in front, averaged over every reference that sees it.
+    """The surface in front, averaged over every reference that sees it, over the one behind it.
+
+    Where the front surface covers a pixel only in part, as at a silhouette, the rest shows the next
+    surface that any reference saw there.
 
     Args:
         colors: (n, rows, width, 4) linear.
@@ -82,39 +85,55 @@ def blend(
         coverages: (n, rows, width).
         weights: (n,) one per reference.
         tolerance: relative difference in disparity up to which two layers show one surface.
-        out_color: (rows, width, 4) weighted mean.
-        out_disparity: (rows, width) weighted mean, -1 = uncovered.
-        out_coverage: (rows, width) the best of those that took part.
+        out_color: (rows, width, 4) colour of the surfaces, each a weighted mean.
+        out_disparity: (rows, width) of the surface that covers more, -1 = uncovered.
+        out_coverage: (rows, width) what the surfaces cover together.
     """
     count, rows, width, _ = colors.shape
+    keep = np.float32(1.0 - tolerance)
+    mean = np.empty(4, np.float32)
     for y in range(rows):
         for x in range(width):
-            front = np.float32(-1.0)
-            for n in range(count):
-                front = max(front, disparities[n, y, x])
-            out_disparity[y, x] = front
+            out_disparity[y, x] = np.float32(-1.0)
             out_coverage[y, x] = ZERO
             for k in range(4):
                 out_color[y, x, k] = ZERO
-            if front < ZERO:
-                continue
-            limit = front * np.float32(1.0 - tolerance)
-            total, depth, best = ZERO, ZERO, ZERO
-            for n in range(count):
-                delta = disparities[n, y, x]
-                if delta < ZERO or delta < limit:
-                    continue
-                weight = weights[n] * max(coverages[n, y, x], np.float32(1e-3))
-                total += weight
-                depth += weight * delta
-                best = max(best, coverages[n, y, x])
+            ceiling, left, most = np.float32(np.inf), ONE, ZERO
+            for _surface in range(2):
+                front = np.float32(-1.0)
+                for n in range(count):
+                    if disparities[n, y, x] < ceiling:
+                        front = max(front, disparities[n, y, x])
+                if front < ZERO:
+                    break
+                limit = front * keep
+                total, depth, best = ZERO, ZERO, ZERO
                 for k in range(4):
-                    out_color[y, x, k] += weight * colors[n, y, x, k]
-            scale = ONE / total
-            for k in range(4):
-                out_color[y, x, k] *= scale
-            out_disparity[y, x] = depth * scale
-            out_coverage[y, x] = best
+                    mean[k] = ZERO
+                for n in range(count):
+                    delta = disparities[n, y, x]
+                    if delta < ZERO or delta < limit or delta >= ceiling:
+                        continue
+                    weight = weights[n] * max(coverages[n, y, x], np.float32(1e-3))
+                    total += weight
+                    depth += weight * delta
+                    best = max(best, coverages[n, y, x])
+                    for k in range(4):
+                        mean[k] += weight * colors[n, y, x, k]
+                share = left * best
+                for k in range(4):
+                    out_color[y, x, k] += share * mean[k] / total
+                out_coverage[y, x] += share
+                if share > most:
+                    most = share
+                    out_disparity[y, x] = depth / total
+                left -= share
+                ceiling = limit
+                if left <= ZERO:
+                    break
+            if out_coverage[y, x] > ZERO:
+                for k in range(4):
+                    out_color[y, x, k] /= out_coverage[y, x]
 
 
 @kernel

@@ -213,6 +213,20 @@ def slope_toward(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> 
     return np.float32(0.0)
 
 
+@inner
+def undisturbed(links: U1, v: int, u: int) -> bool:
+    """Whether every cell round a sample is intact, told by its neighbours' links."""
+    if v < 1 or u < 1 or v + 1 >= links.shape[0] or u + 1 >= links.shape[1]:
+        return False
+    all_of = RIGHT | DOWN
+    return (
+        links[v - 1, u - 1] == all_of and links[v - 1, u] == all_of and links[v, u - 1] == all_of
+        and links[v, u] == all_of and links[v - 1, u + 1] == all_of
+        and links[v, u + 1] == all_of and links[v + 1, u - 1] == all_of
+        and links[v + 1, u] == all_of and links[v + 1, u + 1] == all_of
+    )  # fmt: skip
+
+
 @kernel
 def surface_range(
     disparity: F4, links: U1, tile_row_low: int, tile_row_high: int, out_low: F4, out_high: F4
@@ -238,6 +252,10 @@ def surface_range(
             # the cells of a tile end at the first samples of the next
             for v in range(tv * TILE, min((tv + 1) * TILE + 1, height)):
                 for u in range(tu * TILE, min((tu + 1) * TILE + 1, width)):
+                    if undisturbed(links, v, u):  # drawn between samples, never beyond them
+                        low = min(low, disparity[v, u])
+                        high = max(high, disparity[v, u])
+                        continue
                     if not usable(disparity, links, v, u):
                         continue
                     right = abs(slope_toward(disparity, links, v, u, 0, 1))

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8
+from belvedere.ground.errors import InputError
 from belvedere.ground.threads import run_parallel, thread_count
 from belvedere.scene import Frame
 from belvedere.warp.prepare import linear_rgba, row_bands
@@ -33,8 +34,15 @@ def fill_background(
         A frame whose ``filled`` mask is True where colour was invented; coverage still says 0
         there. A frame without any covered pixel comes back as it is, with an empty mask.
 
+    Raises:
+        InputError: what is given is no frame.
+
     Memory: 44 bytes a pixel.
     """
+    if not isinstance(frame, Frame):
+        raise InputError(
+            f"fill_background.frame is a {type(frame).__name__}, expected a Frame, as warp gives it"
+        )
     from belvedere.warp import _compose, _holes
 
     holes = np.isnan(frame.disparity)

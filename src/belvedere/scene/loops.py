@@ -23,9 +23,6 @@ SINGLE_SWAY = 0.03
 """Radius of the wobble about a single view, in distances to what it shows: small enough that
 little comes to light behind things, large enough to be seen."""
 
-WORTH_OF_A_TURN = 1.0
-"""Radians of turning that take as long as moving by one typical step, in `through` and `wobble`."""
-
 MOST_VIEWS = 400
 """Views that a wobble is shaped by; of longer captures, evenly spaced ones."""
 

@@ -26,36 +26,8 @@ from belvedere.scene.path import CameraPath
 KEYS_PER_TURN = 36
 """Keyframes of a circle; between them the path is within 3e-5 radii of it."""
 
-GUESSED_DISTANCE = 2.0
-"""Metres to what a single view shows, where the caller does not say."""
-
-SINGLE_SWAY = 0.03
-"""Radius of the wobble about a single view, in distances to what it shows: small enough that
-little comes to light behind things, large enough to be seen."""
-
 WORTH_OF_A_TURN = 1.0
-"""Radians of turning that take as long as moving by one typical step, in `through` and `wobble`."""
-
-MOST_VIEWS = 400
-"""Views that a wobble is shaped by; of longer captures, evenly spaced ones."""
-
-CONVERGENCE = math.radians(3.0)
-"""Mean angle between optical axes from which on they are taken to meet at one place."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
-
-WORTH_OF_A_TURN = 1.0
-"""Radians of turning that take as long as moving by one typical step, in `through` and `wobble`."""
-
-MOST_VIEWS = 400
-"""Views that a wobble is shaped by; of longer captures, evenly spaced ones."""
-
-CONVERGENCE = math.radians(3.0)
-"""Mean angle between optical axes from which on they are taken to meet at one place."""
-
-SAME_WAY = math.radians(25.0)
-"""Views that differ by less from their mean direction can be shown by a wobble about one point."""
+"""Radians of turning that take as long as moving by one typical step."""
 
 
 # ---- moves from numbers --------------------------------------------------------------------------

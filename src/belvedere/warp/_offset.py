@@ -73,7 +73,7 @@ def cell_lattice(
         largest: upper bound, and the answer for a cell that reaches behind the eye.
 
     Returns:
-        The density; 0 where the cell misses those rows, or the buffer, altogether.
+        How many along u and along v; 0 where the cell misses those rows, or the buffer, altogether.
 
     Source: spec offset-buffer-warping 3.3 (the bound for rotated lattices).
     """

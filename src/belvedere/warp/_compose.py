@@ -91,25 +91,22 @@ def blend(
     """
     count, rows, width, _ = colors.shape
     keep = np.float32(1.0 - tolerance)
-    mean = np.empty(4, np.float32)
     for y in range(rows):
         for x in range(width):
-            out_disparity[y, x] = np.float32(-1.0)
-            out_coverage[y, x] = ZERO
-            for k in range(4):
-                out_color[y, x, k] = ZERO
-            ceiling, left, most = np.float32(np.inf), ONE, ZERO
+            shown = np.float32(-1.0)
+            covered, most = ZERO, ZERO
+            ceiling = np.float32(np.inf)
+            c0, c1, c2, c3 = ZERO, ZERO, ZERO, ZERO
             for _surface in range(2):
                 front = np.float32(-1.0)
                 for n in range(count):
-                    if disparities[n, y, x] < ceiling:
-                        front = max(front, disparities[n, y, x])
+                    delta = disparities[n, y, x]
+                    front = max(front, delta if delta < ceiling else np.float32(-1.0))
                 if front < ZERO:
                     break
                 limit = front * keep
                 total, depth, best = ZERO, ZERO, ZERO
-                for k in range(4):
-                    mean[k] = ZERO
+                m0, m1, m2, m3 = ZERO, ZERO, ZERO, ZERO
                 for n in range(count):
                     delta = disparities[n, y, x]
                     if delta < ZERO or delta < limit or delta >= ceiling:
@@ -118,22 +115,29 @@ def blend(
                     total += weight
                     depth += weight * delta
                     best = max(best, coverages[n, y, x])
-                    for k in range(4):
-                        mean[k] += weight * colors[n, y, x, k]
-                share = left * best
-                for k in range(4):
-                    out_color[y, x, k] += share * mean[k] / total
-                out_coverage[y, x] += share
+                    m0 += weight * colors[n, y, x, 0]
+                    m1 += weight * colors[n, y, x, 1]
+                    m2 += weight * colors[n, y, x, 2]
+                    m3 += weight * colors[n, y, x, 3]
+                share = (ONE - covered) * best
+                each = share / total
+                c0 += each * m0
+                c1 += each * m1
+                c2 += each * m2
+                c3 += each * m3
+                covered += share
                 if share > most:
-                    most = share
-                    out_disparity[y, x] = depth / total
-                left -= share
+                    most, shown = share, depth / total
                 ceiling = limit
-                if left <= ZERO:
+                if covered >= ONE:
                     break
-            if out_coverage[y, x] > ZERO:
-                for k in range(4):
-                    out_color[y, x, k] /= out_coverage[y, x]
+            scale = ONE / covered if covered > ZERO else ZERO
+            out_color[y, x, 0] = c0 * scale
+            out_color[y, x, 1] = c1 * scale
+            out_color[y, x, 2] = c2 * scale
+            out_color[y, x, 3] = c3 * scale
+            out_disparity[y, x] = shown
+            out_coverage[y, x] = min(covered, ONE)
 
 
 @kernel

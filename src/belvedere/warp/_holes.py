@@ -40,20 +40,22 @@ def shrink_background(
                     far = min(far, disparity[v, u])
             limit = far * np.float32(1.0 + tolerance) + TINY
             count, depth = ZERO, ZERO
-            out_color[y, x, :] = ZERO
+            c0, c1, c2, c3 = ZERO, ZERO, ZERO, ZERO
             for v in range(2 * y, rows):
                 for u in range(2 * x, columns):
                     if disparity[v, u] <= limit:
                         count += np.float32(1.0)
                         depth += disparity[v, u]
-                        for k in range(4):
-                            out_color[y, x, k] += color[v, u, k]
-            if count > ZERO:
-                out_disparity[y, x] = depth / count
-                for k in range(4):
-                    out_color[y, x, k] /= count
-            else:
-                out_disparity[y, x] = np.float32(np.nan)
+                        c0 += color[v, u, 0]
+                        c1 += color[v, u, 1]
+                        c2 += color[v, u, 2]
+                        c3 += color[v, u, 3]
+            share = np.float32(1.0) / max(count, np.float32(1.0))
+            out_disparity[y, x] = depth * share if count > ZERO else np.float32(np.nan)
+            out_color[y, x, 0] = c0 * share
+            out_color[y, x, 1] = c1 * share
+            out_color[y, x, 2] = c2 * share
+            out_color[y, x, 3] = c3 * share
 
 
 @kernel

@@ -77,7 +77,7 @@ def hole_and_false_shares(reconstruction: Any, edge_tolerance: float) -> tuple[f
     ("reconstruction", "edge_tolerance", "holes", "wrong"),
     [
         ("point", 0.05, 0.204, 0.0062),
-        ("splat", 0.05, 0.095, 0.0020),
+        ("splat", 0.05, 0.120, 0.0),
         ("mesh", 0.05, 0.130, 0.0),
         ("offset", 0.05, 0.115, 0.0009),
         ("mesh", 1.0, 0.036, 0.0905),

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import belvedere as bv
 from belvedere.scene import Camera, ReferenceView
 from belvedere.warp import SplatOptions, warp, warp_matrix, warp_points
 from tests.oracles.warp import nearest_samples
@@ -192,3 +193,22 @@ def test_a_sample_at_the_eye_grows_no_further_than_the_largest_splat() -> None:
         desired = straight_camera(31, 31, (0, 1 - gap, 0), focal=9)
         frame = warp(view, desired, reconstruction="splat", splat=SplatOptions(largest=5))
         assert (frame.coverage > 0).sum() <= 25
+
+
+@pytest.mark.parametrize("size", ["jacobian", 3])
+def test_a_picture_magnified_by_splats_is_not_shifted(size: Any) -> None:
+    """Colour is the coordinate, so that its mean error is the shift, in desired pixels."""
+    growth, height, width = 2.2, 48, 64
+    camera = bv.Camera.look_at((0, 0, 0), (1, 0, 0), width=width, height=height)
+    intrinsics = camera.intrinsics
+    intrinsics[0, 0] *= growth
+    intrinsics[1, 1] *= growth
+    closer = bv.Camera.from_intrinsics(intrinsics, camera.camera_to_world, width, height)
+    v, u = np.mgrid[:height, :width].astype(np.float32)
+    disparity = np.full((height, width), 0.5, np.float32)
+    view = bv.ReferenceView(camera, np.stack([u, v, 0 * u], axis=-1), disparity)
+    frame = warp(view, closer, reconstruction="splat", splat=SplatOptions(size=size))
+    true_u, true_v, _ = camera.project(closer.unproject(*closer.pixel_grid(), disparity))
+    assert (frame.coverage == 1).all()
+    assert abs(float((frame.color[..., 0] - true_u).mean()) * growth) < 0.02
+    assert abs(float((frame.color[..., 1] - true_v).mean()) * growth) < 0.02

@@ -23,6 +23,9 @@ U1 = npt.NDArray[np.uint8]
 HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
+TURNED = np.float32(0.7072)
+"""Half the side, in spacings, of the smallest upright squares that leave no gap round the points of
+a square lattice, however it is turned: half the diagonal, and a rounding more."""
 
 
 @inner
@@ -132,11 +135,17 @@ def gather(color: Any, sample: I4, out_color: Any) -> None:
                 out_color[y, x, 3] = color[index, 3] if held else none
 
 
+@inner
+def area_scale(t: Real, delta: Real, det_h: Real, det_g: Real) -> Real:
+    """Linear growth of a sample facing the reference plane: the square root of ``|det J|``."""
+    return np.sqrt(abs(det_h + delta * det_g) / (t * t * t))
+
+
 @kernel
 def measure_growth(
     w: F4, disparity: F4, det_h: Real, det_g: Real, sample: I4, largest: int, out_radius: U1
 ) -> int:
-    """Radius of the square each visible sample grows to, from ``det J``; returns the largest.
+    """How many cells away each visible sample can still paint; returns the most found.
 
     Args:
         w: (12,) warp matrix.
@@ -144,10 +153,10 @@ def measure_growth(
         det_h: determinant of columns 1, 2, 3 of W.
         det_g: determinant of columns 1, 2, 4 of W.
         sample: (rows, columns) from `scatter`.
-        largest: upper bound of the radius.
+        largest: upper bound.
         out_radius: (rows, columns).
 
-    Source: spec image-warping 3.7 (determinant), portal-walkthrough 3.6 (odd sizes).
+    Source: spec image-warping 3.7 (determinant), portal-walkthrough 3.6.
     """
     stride = disparity.shape[1]
     h4, g4 = np.float32(det_h), np.float32(det_g)
@@ -161,11 +170,10 @@ def measure_growth(
             v, u = index // stride, index % stride
             delta = disparity[v, u]
             t = w[8] * np.float32(u) + w[9] * np.float32(v) + w[10] + w[11] * delta
-            growth = np.sqrt(abs(h4 + delta * g4) / (t * t * t))
-            # an odd size of at least the growth; a thousandth is float32's noise, not growth
-            ring = (growth - ONE) * HALF - np.float32(1e-3)
-            radius = int(np.ceil(ring)) if ring < np.float32(largest) else largest
-            if radius > 0:
+            growth = area_scale(t, delta, h4, g4)
+            if growth > np.float32(1.001):  # a thousandth is float32's noise, not growth
+                cells = TURNED * growth + HALF
+                radius = int(cells) if cells < np.float32(largest) else largest
                 out_radius[y, x] = radius
                 found = max(found, radius)
     return found
@@ -173,31 +181,42 @@ def measure_growth(
 
 @kernel
 def spread(
-    sample: I4, disparity: F4, radius: U1, reach: int, halo: int, tolerance: Real,
+    w: F4, reference: F4, det_h: Real, det_g: Real, size: int, sample: I4, disparity: F4,
+    radius: U1, reach: int, halo: int, row_low: int, tolerance: Real,
     out_sample: I4, out_disparity: F4,
 ) -> None:  # fmt: skip
     """Let each visible sample paint a square: a pixel goes to the front surface that reaches it.
 
-    Among the samples of that surface the one whose center is nearest wins, so splats of one
-    surface do not push each other aside, and a nearer surface covers what shows through its gaps.
+    Squares stand round the places where the samples really landed, and among those of one surface
+    the nearest center wins: splats do not push each other aside, textures stay in place, and a
+    nearer surface covers what shows through its gaps.
 
     Args:
+        w: (12,) warp matrix.
+        reference: (H, W) disparity of the reference.
+        det_h: determinant of columns 1, 2, 3 of W.
+        det_g: determinant of columns 1, 2, 4 of W.
+        size: side of every square, pixels; 0: as large as each sample has grown.
         sample: (rows + 2 halo, width + 2 halo) from `scatter`.
         disparity: same shape, -1 = uncovered.
-        radius: same shape: half the side of each sample's square, rounded down.
+        radius: same shape: how many cells away each sample can paint at most.
         reach: largest radius present, at most halo.
         halo: cells round the band.
+        row_low: the band's first row in the desired view.
         tolerance: relative difference in disparity up to which samples are one surface.
         out_sample: (rows, width).
         out_disparity: (rows, width), -1 = uncovered.
     """
     rows, width = out_sample.shape
     columns = width + 2 * halo
+    stride = reference.shape[1]
+    h4, g4 = np.float32(det_h), np.float32(det_g)
     front = np.empty(width, np.float32)
     highest = np.empty(columns, np.float32)
     keep = np.float32(1.0 - tolerance)
     for y in range(rows):
         row = y + halo
+        # the most that any sample in reach could put in front: mostly the pixel's own
         for x in range(width):
             front[x] = disparity[row, x + halo]
         for r in range(1, reach + 1):
@@ -213,21 +232,35 @@ def spread(
                     front[x] = delta if delta > front[x] else front[x]
         for x in range(width):
             own = disparity[row, x + halo]
-            limit = front[x] * keep
-            if own >= limit or front[x] < ZERO:
-                out_sample[y, x] = sample[row, x + halo]
-                out_disparity[y, x] = own
+            out_sample[y, x] = sample[row, x + halo]
+            out_disparity[y, x] = own
+            if own >= front[x] * keep or front[x] < ZERO:
                 continue
-            best, chosen_v, chosen_u = 1 << 30, row, x + halo
+            best, near = np.float32(-1.0), np.float32(np.inf)
             for dy in range(-reach, reach + 1):
                 for dx in range(-reach, reach + 1):
-                    ring = max(abs(dy), abs(dx))
-                    near = dy * dy + dx * dx
-                    if (
-                        near < best
-                        and disparity[row + dy, x + halo + dx] >= limit
-                        and radius[row + dy, x + halo + dx] >= ring
+                    held = disparity[row + dy, x + halo + dx]
+                    if held < best * keep or radius[row + dy, x + halo + dx] < max(
+                        abs(dy), abs(dx)
                     ):
-                        best, chosen_v, chosen_u = near, row + dy, x + halo + dx
-            out_sample[y, x] = sample[chosen_v, chosen_u]
-            out_disparity[y, x] = disparity[chosen_v, chosen_u]
+                        continue
+                    if held < ZERO:
+                        continue
+                    index = sample[row + dy, x + halo + dx]
+                    v, u = index // stride, index % stride
+                    v4, u4, delta = np.float32(v), np.float32(u), reference[v, u]
+                    t = w[8] * u4 + w[9] * v4 + w[10] + w[11] * delta
+                    off_x = (w[0] * u4 + w[1] * v4 + w[2] + w[3] * delta) / t - np.float32(x)
+                    off_y = (w[4] * u4 + w[5] * v4 + w[6] + w[7] * delta) / t - np.float32(
+                        row_low + y
+                    )
+                    half = HALF * np.float32(size)
+                    if size == 0:
+                        half = max(TURNED * area_scale(t, delta, h4, g4), HALF)
+                    if abs(off_x) > half or abs(off_y) > half:
+                        continue
+                    distance = off_x * off_x + off_y * off_y
+                    if held * keep > best or distance < near:
+                        best, near = held, distance
+                        out_sample[y, x] = index
+                        out_disparity[y, x] = held

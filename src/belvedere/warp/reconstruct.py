@@ -33,9 +33,9 @@ class SplatOptions:
     """Footprints of `splat`."""
 
     size: int | Literal["jacobian"] = "jacobian"
-    """Pixels along the square's side, 1, 3, 5 or 7, or "jacobian": what each sample grows to."""
+    """Pixels along the square's side, odd, up to 15; or "jacobian": what each sample grows to."""
     largest: int = 7
-    """Upper bound of a growing footprint."""
+    """Upper bound of a growing footprint, odd: samples grow without gaps up to 0.7 times it."""
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("largest", self.largest)):
@@ -167,8 +167,6 @@ class Reconstructor:
     """Whether it mixes colours, and so reads and writes linear RGBA."""
     joins: bool = False
     """Whether it joins neighbouring samples, and so must know which share a surface."""
-    measures_coverage: bool = False
-    """Whether it says how much of a pixel is covered; otherwise a painted pixel is."""
 
     def pad(self, options: WarpOptions) -> int:
         """Pixels painted beyond where a sample lands."""
@@ -225,32 +223,31 @@ def _paint_splats(
 
     del coverage
     options, matrix = passage.options, passage.matrix
-    halo = options.splat.halo
+    halo, size = options.splat.halo, options.splat.size
+    dets = float(np.linalg.det(matrix[:, :3])), float(np.linalg.det(matrix[:, [0, 1, 3]]))
     seen = _scatter_band(passage, rows, color.shape[1], halo)
-    if options.splat.size == "jacobian":
-        radius = scratch("radius", seen.sample.shape, np.uint8)
+    radius, reach = scratch("radius", seen.sample.shape, np.uint8), halo
+    if size == "jacobian":
         reach = _scatter.measure_growth(
-            passage.w,
-            passage.disparity,
-            float(np.linalg.det(matrix[:, :3])),
-            float(np.linalg.det(matrix[:, [0, 1, 3]])),
-            seen.sample,
-            halo,
-            radius,
+            passage.w, passage.disparity, *dets, seen.sample, halo, radius
         )
     else:
-        radius, reach = scratch("radius", seen.sample.shape, np.uint8), halo
         radius.fill(halo)
     wide = Visibility(
         scratch("wide", disparity.shape, np.int32),
         scratch("wide disparity", disparity.shape, np.float32),
     )
     _scatter.spread(
+        passage.w,
+        passage.disparity,
+        *dets,
+        0 if size == "jacobian" else size,
         seen.sample,
         seen.disparity,
         radius,
         reach,
         halo,
+        rows[0],
         options.surface_tolerance,
         wide.sample,
         wide.disparity,
@@ -348,5 +345,5 @@ RECONSTRUCTORS: dict[str, Reconstructor] = {
     "point": Reconstructor(_paint_points),
     "splat": Reconstructor(_paint_splats),
     "mesh": Reconstructor(_paint_mesh, averages=True, joins=True),
-    "offset": Reconstructor(_paint_offset, averages=True, joins=True, measures_coverage=True),
+    "offset": Reconstructor(_paint_offset, averages=True, joins=True),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -72,6 +72,11 @@ def warp(
         CameraError: a camera that is not planar.
         ViewError: no view, or views whose colours differ in type or channels.
 
+    A view warped to its own camera comes back to the last bit, whatever the reconstruction.
+    Seen from behind, ``mesh`` shows nothing; the others show samples, which have no back. ``mesh``
+    and ``offset`` bridge gaps of up to `BRIDGE` missing samples whose two sides agree (`prepare`
+    sets that, 0 for none), so they cover what ``point`` and ``splat`` leave as holes.
+
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
     `LARGEST_BAND` pixels: 24 bytes a pixel and reference, for ``offset`` 92 more (its warp buffer,
     four cells a pixel), so 30 MB a thread with two references.
@@ -82,6 +87,9 @@ def warp(
     chosen = merge_options(options, choices)
     desired = planar(camera, "desired")
     prepared = nearest_first(_prepared(views), desired)
+    if len(prepared) == 1 and same_pixels(prepared[0].camera, desired):
+        # nothing moves: every sample is its pixel already, and any filter would only blur it
+        chosen = replace(chosen, reconstruction="point")
     passages = [_passage(one, desired, chosen, threads) for one in prepared]
 
     channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
@@ -105,6 +113,15 @@ def warp(
 
         return fill_background(frame, chosen.surface_tolerance, threads)
     return frame
+
+
+def same_pixels(reference: Camera, desired: Camera) -> bool:
+    """Whether two cameras are one: every pixel of the one is that pixel of the other."""
+    return (
+        reference.size == desired.size
+        and np.array_equal(reference.matrix, desired.matrix)
+        and np.array_equal(reference.center, desired.center)
+    )
 
 
 def band_count(pixels: int, threads: int) -> int:

@@ -68,7 +68,7 @@ def test_filled_colours_are_averages_of_light() -> None:
     disparity = np.array([[1, np.nan, np.nan, 1]], float)
     color = np.array([[[0] * 3, [0] * 3, [0] * 3, [255] * 3]], np.uint8)
     filled = fill_background(frame_of(disparity, color)).color[0, :, 0]
-    assert filled.tolist() == [0, 137, 225, 255]  # a quarter and three quarters of the light
+    assert filled.tolist() == [0, 156, 213, 255]  # a third and two thirds of the light
 
 
 @pytest.mark.parametrize("kind", ["rgb8", "rgba8", "rgb32", "rgba32"])

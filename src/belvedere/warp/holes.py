@@ -12,6 +12,9 @@ from belvedere.scene import Frame
 from belvedere.warp.prepare import linear_rgba, row_bands
 from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
+SOFTENINGS = 2
+"""Times that filled pixels are averaged with their neighbours at each level."""
+
 Level = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
 
@@ -23,7 +26,8 @@ def fill_background(
     What a hole hides is nearly always the background: the foreground ends at the hole's edge. The
     picture is halved again and again, each block keeping the farthest surface it shows, until no
     hole is left; then each missing pixel is interpolated from the coarser level. Small holes are
-    closed by their nearest surroundings, large ones smoothly.
+    closed by their nearest surroundings, large ones smoothly: at every level filled pixels are
+    averaged with their neighbours.
 
     Args:
         frame: as `warp` gives it.
@@ -37,7 +41,7 @@ def fill_background(
     Raises:
         InputError: what is given is no frame.
 
-    Memory: 44 bytes a pixel.
+    Memory: 64 bytes a pixel.
     """
     if not isinstance(frame, Frame):
         raise InputError(
@@ -69,19 +73,34 @@ def fill_background(
         run_parallel(shrink, row_bands(size[0], count), threads)
         colors.append(color)
         disparities.append(disparity)
-    for level in range(len(colors) - 1, 0, -1):
+    for level in range(len(colors) - 2, -1, -1):
+        missing = np.isnan(disparities[level])
+        bands = row_bands(missing.shape[0], count)
 
         def fill(band: tuple[int, int], level: int = level) -> None:
             _holes.fill_from_coarser(
-                colors[level],
-                disparities[level],
+                colors[level + 1],
+                disparities[level + 1],
                 tolerance,
                 *band,
-                colors[level - 1],
-                disparities[level - 1],
+                colors[level],
+                disparities[level],
             )
 
-        run_parallel(fill, row_bands(disparities[level - 1].shape[0], count), threads)
+        run_parallel(fill, bands, threads)
+        for _ in range(SOFTENINGS):
+            rough = colors[level], disparities[level]
+            colors[level], disparities[level] = rough[0].copy(), rough[1].copy()
+
+            def soften(
+                band: tuple[int, int],
+                rough: Level = rough,
+                smooth: Level = (colors[level], disparities[level]),
+                missing: npt.NDArray[np.bool_] = missing,
+            ) -> None:
+                _holes.soften_filled(*rough, missing, tolerance, *band, *smooth)
+
+            run_parallel(soften, bands, threads)
     if frame.color.dtype == np.uint8:
         encoded = np.empty_like(frame.color)
         _compose.encode(colors[0], LINEAR_TO_SRGB8, encoded)

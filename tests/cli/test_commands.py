@@ -129,6 +129,54 @@ def test_convert_writes_what_can_be_read_again(
         np.testing.assert_allclose(theirs.center, ours.center, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("layout", "depth_format", "status"),
+    [("colmap", "pfm", 2), ("colmap-text", "png16", 2), ("tum", "npy", 2), ("tum", "png16", 0),
+     ("cameras.json", "pfm", 0), ("belvedere", "npy", 0)],
+)  # fmt: skip
+def test_convert_takes_a_depth_format_or_refuses_it_by_name(
+    program: Program,
+    kept_capture: Path,
+    tmp_path: Path,
+    layout: str,
+    depth_format: str,
+    status: int,
+) -> None:
+    told = program("convert", kept_capture, tmp_path / "copy", "--to", layout,
+                   "--depth-format", depth_format)  # fmt: skip
+    assert told.status == status, told.err
+    assert (tmp_path / "copy").exists() == (status == 0)
+    if status:
+        assert "depth_format" in told.err
+        assert f"layout '{layout}'" in told.err
+
+
+def test_one_is_singular(program: Program, kept_capture: Path, tmp_path: Path) -> None:
+    told = program("render", kept_capture, "--frames", 1, "-o", tmp_path / "walk")
+    assert "walk: 1 frame, 48x36" in told.out
+
+
+def test_a_time_beyond_the_path_is_refused_with_its_length(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    told = program("render", kept_capture, "--seconds", 4, "--at", 4.5, "-o", tmp_path / "a.png")
+    assert told.status == 2
+    assert "--at 4.5 lies beyond the path, which is 4 s long" in told.err
+    assert not list(tmp_path.glob("*"))
+    told = program("render", kept_capture, "--seconds", 4, "--at", 4, "-o", tmp_path / "a.png")
+    assert told.status == 0, told.err
+
+
+def test_a_wrong_reconstruction_is_refused_first(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "report").mkdir()
+    told = program("evaluate", kept_capture, "-r", "foo", "-o", tmp_path / "report")
+    assert told.status == 2
+    assert "'foo'" in told.err
+    assert "exists" not in told.err
+
+
 def test_convert_mends_a_wrong_scale_for_good(
     program: Program, cameras_json_capture: Path, tmp_path: Path
 ) -> None:

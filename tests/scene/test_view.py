@@ -85,6 +85,36 @@ def test_ragged_lists_and_strange_cameras_are_refused() -> None:
         ReferenceView(pose, COLOR, ONES)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_colour_that_is_not_finite_is_refused_where_it_first_stands(value: float) -> None:
+    color = np.ones((3, 4, 3), np.float32)
+    color[1, 2, 0] = color[2, 3, 1] = value
+    with pytest.raises(
+        ViewError, match=r"ReferenceView\.color\[1, 2, 0\] is -?(nan|inf), expected a"
+    ):
+        ReferenceView(CAMERA, color, ONES)
+
+
+def test_colour_too_large_for_float32_is_refused() -> None:
+    with pytest.raises(ViewError, match=r"ReferenceView\.color\[0, 0, 0\] is inf"):
+        ReferenceView(CAMERA, np.full((3, 4, 3), 1e300), ONES)
+
+
+def test_masked_arrays_are_refused_with_advice_that_works() -> None:
+    mask = np.zeros((3, 4), bool)
+    mask[0, 0] = True
+    ones = np.ma.MaskedArray(ONES, mask)
+    color = np.ma.MaskedArray(COLOR, np.repeat(mask[..., None], 3, axis=2))
+    with pytest.raises(ViewError, match=r"disparity is a masked.*disparity\.filled\(np\.nan\)"):
+        ReferenceView(CAMERA, COLOR, ones)
+    with pytest.raises(ViewError, match=r"depth is a masked array.*depth\.filled\(np\.nan\)"):
+        ReferenceView.from_depth(CAMERA, COLOR, ones)
+    with pytest.raises(ViewError, match=r"color is a masked array.*disparity NaN"):
+        ReferenceView(CAMERA, color, ONES)
+    view = ReferenceView.from_depth(CAMERA, color.filled(0), ones.filled(np.nan))
+    np.testing.assert_array_equal(np.isnan(view.disparity), mask)
+
+
 def frame(**changes: Any) -> Frame:
     coverage = ONES.copy()
     coverage[0, :2] = 0

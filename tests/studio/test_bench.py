@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,17 @@ def test_the_json_names_the_machine_and_has_no_nan(result: BenchResult) -> None:
         "load_after", "rows",
     }  # fmt: skip
     assert all(set(row) == set(held["rows"][0]) for row in held["rows"])
+
+
+def test_the_table_prints_brackets_as_they_are(result: BenchResult) -> None:
+    from rich.console import Console
+
+    note = "not installed: pip install 'belvedere[peers]'"
+    row = replace(result.rows[0], name="open3d[cpu]", note=note)
+    page = io.StringIO()
+    Console(file=page, width=200).print(replace(result, rows=(row,)).table())
+    assert note in " ".join(page.getvalue().split())  # wrapped to the table's width
+    assert "open3d[cpu]" in page.getvalue()
 
 
 def test_the_table_holds_every_row(result: BenchResult) -> None:

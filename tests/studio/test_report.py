@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from belvedere.ground.errors import OutputError
+from belvedere.ground.errors import InputError, OutputError
 from belvedere.scene import ViewSet
 from belvedere.studio import evaluate as evaluate_module
 from belvedere.studio import report as report_module
@@ -133,6 +133,23 @@ def test_the_chart_has_a_mark_for_each_measured_view_and_none_for_gaps() -> None
     chart = psnr_chart(["x", "y", "z"], [line], 400)
     assert chart.count("<circle") == 2
     assert "z: a identical" in chart
+
+
+@pytest.mark.parametrize("width", [340, 400, 760])
+@pytest.mark.parametrize("values", [(27.5, 29.1), (29.4, 29.5), (-3.2, 104.0), (20.0, 40.0), ()])
+def test_no_text_of_the_chart_begins_left_of_it(values: tuple[float, ...], width: int) -> None:
+    chart = psnr_chart([f"v{i}" for i in range(len(values))], [Line("a", values, 0)], width)
+    ticks = re.findall(r'<text class="tick" x="([\d.-]+)"[^>]*text-anchor="(\w+)">([^<]*)<', chart)
+    assert sum("dB" in text for _, _, text in ticks) == 1
+    for x, anchor, text in ticks:
+        wide = 7.5 * len(text)  # a wide face at 13 pixels
+        assert float(x) - wide * {"end": 1.0, "middle": 0.5}[anchor] >= 0, text
+
+
+def test_a_wrong_reconstruction_is_refused_before_the_report_that_exists(tmp_path: Path) -> None:
+    make(tmp_path)
+    with pytest.raises(InputError, match="'foo'"):
+        make(tmp_path, reconstructions=("foo",))
 
 
 @pytest.mark.parametrize(

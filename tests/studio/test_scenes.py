@@ -6,6 +6,7 @@ import json
 import shutil
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -171,3 +172,9 @@ def test_each_mistake_planted_in_a_real_capture_is_named_with_the_option_that_me
     straight = open_scene(shared_data / "rgbd-hololens-office")
     # the file rounds rotations to 6 digits, so that inverting one twice costs some
     np.testing.assert_allclose(mended.home.center, straight.home.center, atol=1e-5)
+
+
+@pytest.mark.parametrize("nothing", [None, 3, b"capture"])
+def test_a_scene_that_is_no_path_is_refused(nothing: Any) -> None:
+    with pytest.raises(InputError, match=r"open_scene\.path is .*, expected the name of a file or"):
+        open_scene(nothing)

@@ -39,9 +39,6 @@ def run(words: list[str], *, debug: bool = False) -> int:
         return _interrupted() if status == EXIT_INTERRUPTED else status
     except KeyboardInterrupt:
         return _interrupted()
-    except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output went away: nobody to tell
-        return 0
     except BelvedereError as error:
         if debug:
             raise
@@ -63,8 +60,8 @@ def run(words: list[str], *, debug: bool = False) -> int:
 
 def _interrupted() -> int:
     return _say(
-        "interrupted: nothing half-written is left, and repeating the same command goes on from "
-        "what is complete",
+        "interrupted: nothing half-written is left; repeating the same render or convert goes on "
+        "from what is complete",
         EXIT_INTERRUPTED,
     )
 

@@ -74,7 +74,7 @@ def _rich_bar() -> Iterator[Progress]:
 
         def tell(done: int, total: int, what: str, /) -> None:
             if what not in tasks:
-                tasks[what] = bar.add_task(what, total=total)
+                tasks[what] = bar.add_task(what, total=total, completed=done)
             bar.update(tasks[what], completed=done, total=total)
 
         yield tell
@@ -86,8 +86,9 @@ def _plain_lines() -> Progress:
     def tell(done: int, total: int, what: str, /) -> None:
         if what not in began:
             began[what] = time.monotonic()
-            if total > 1:
-                note(f"{what}: {total} to do")
+            if total > 1 and done < total:
+                there = f"{done} of {total} are there, " if done else ""
+                note(f"{what}: {there}{total - done} to do")
         elif done >= total > 1:
             note(f"{what}: done in {time.monotonic() - began[what]:.1f} s")
 

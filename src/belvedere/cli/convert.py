@@ -20,6 +20,7 @@ from belvedere.cli.arguments import (
     stated,
 )
 from belvedere.cli.console import note, progress_bar, say, say_json
+from belvedere.ground.wording import counted
 
 
 def convert(
@@ -40,7 +41,10 @@ def convert(
     ] = None,
     depth_format: Annotated[
         str | None,
-        typer.Option(help="png16, exr, npy or pfm; by default png16.", rich_help_panel=OUTPUT),
+        typer.Option(
+            help="png16, exr, npy or pfm; by default png16. COLMAP has its own, TUM png16 alone.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     force: ForceOption = False,
     as_json: JsonOption = False,
@@ -69,12 +73,18 @@ def convert(
     if depth_format is not None:
         options["depth_format"] = depth_format
     with progress_bar(quiet=as_json) as tell:
+
+        def told(done: int, total: int) -> None:
+            if done == 1:  # what is refused is refused before a word about work
+                tell(0, total, "writing views")
+            tell(done, total, "writing views")
+
         saved = write_views(
             views,
             output,
             to,
             force=force,
-            progress=lambda done, total: tell(done, total, "writing views"),
+            progress=told,
             **options,
         )
     if as_json:
@@ -85,4 +95,5 @@ def convert(
         return
     for text in saved.notes:
         note(f"note: {text}")
-    say(f"{output}: {saved.views} views as {saved.format}")
+    resumed = f" ({saved.resumed} from before)" if saved.resumed else ""
+    say(f"{output}: {counted(saved.views, 'view')} as {saved.format}{resumed}")

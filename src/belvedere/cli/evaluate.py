@@ -27,6 +27,7 @@ from belvedere.cli.arguments import (
     stated,
 )
 from belvedere.cli.console import progress_bar, say, say_json, say_table
+from belvedere.ground.wording import counted
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -79,14 +80,15 @@ def evaluate(
 
     Example: belvedere evaluate capture/ -o report
     """
+    from belvedere.studio.evaluate import reconstruction_names
     from belvedere.studio.report import evaluate_to_report
     from belvedere.studio.scenes import read_capture
 
+    names = reconstruction_names(reconstruction.split(","))
     asked = stated(depth_scale, depth_kind, pose, axes, pixel_centers)
     views = read_capture(scene, asked, layout)
     name = scene.resolve().name
     target = output or Path(f"{name}-report")
-    names = "all" if reconstruction == "all" else tuple(reconstruction.split(","))
     with progress_bar(quiet=as_json) as tell:
         result = evaluate_to_report(
             views, target, title=name, command=["belvedere", *sys.argv[1:]], hold_out=hold_out,
@@ -97,7 +99,7 @@ def evaluate(
         say_json(result.as_dict() | {"output": str(target)})
         return
     say_table(score_table(result))
-    say(f"{target / 'report.html'}: {len(result.held_out)} views predicted")
+    say(f"{target / 'report.html'}: {counted(len(result.held_out), 'view')} predicted")
 
 
 def score_table(result: Evaluation) -> Table:

@@ -18,6 +18,7 @@ from belvedere.cli.arguments import (
     stated,
 )
 from belvedere.cli.console import say, say_json
+from belvedere.ground.wording import counted
 
 
 def info(
@@ -54,15 +55,16 @@ def info(
     depth = "without depth" if with_depth == 0 else "with depth"
     if 0 < with_depth < len(facts.views):
         depth = f"{with_depth} of them with depth"
-    say(f"{facts.path}: {len(facts.views)} views, {depth} ({held.get('format', 'unknown')} layout)")
+    number = counted(len(facts.views), "view")
+    say(f"{facts.path}: {number}, {depth} ({held.get('format', 'unknown')} layout)")
     say(f"  pictures   {', '.join(facts.sizes)}; {facts.disk_bytes / 1e6:.1f} MB on disk")
     metres = median_depth(facts)
     if metres is not None:
         near, far = 1 / facts.disparities[2], 1 / max(facts.disparities[0], 1e-9)
-        unit = f", stored unit {held['depth_scale']:g} m" if held.get("depth_scale") else ""
+        unit = "" if facts.stored_unit is None else f", stored unit {facts.stored_unit:g} m"
         say(f"  depth      {metres:.2f} m in the middle, half from {near:.2f} to {far:.2f} m{unit}")
-    span = facts.region.high - facts.region.low
-    say(f"  walk       {' x '.join(f'{x:.2f}' for x in span)} m of eye positions")
+    span = " x ".join(f"{x:.2f}" for x in facts.eye_span)
+    say(f"  walk       {span} m of eye positions")
     affords = facts.affords
     say(f"  affords    movement {affords.movement}, geometry {affords.geometry}, "
         f"lighting {affords.lighting}")  # fmt: skip

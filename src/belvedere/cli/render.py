@@ -32,6 +32,8 @@ from belvedere.cli.arguments import (
     stated,
 )
 from belvedere.cli.console import progress_bar, say, say_json
+from belvedere.ground.errors import InputError
+from belvedere.ground.wording import counted
 
 PICTURE_SUFFIXES = (".png", ".webp", ".jpg", ".jpeg", ".exr")
 
@@ -119,7 +121,13 @@ def render(
     way = path_for(opened, path, seconds, wanted)
     if target.suffix.lower() in PICTURE_SUFFIXES:
         require_free(target, force)
-        camera = way.camera(min(at, way.start + way.duration))
+        end = way.start + way.duration
+        if at > end + 1e-9:
+            raise InputError(
+                f"--at {at:g} lies beyond the path, which is {way.duration:g} s long: give a time "
+                f"from {way.start:g} to {end:g}"
+            )
+        camera = way.camera(min(at, end))
         opened.render(camera)  # compiles and prepares, so that the time told is the warp's
         began = time.perf_counter()
         frame = opened.render(camera)
@@ -142,9 +150,10 @@ def render(
         facts = result.as_dict() | {"output": str(target)}
         ms_text = "already rendered" if result.ms is None else f"{result.ms:.1f} ms a frame"
         resumed = f" ({result.reused} from before)" if result.reused else ""
+        number = counted(result.frames, "frame")
         line = (
-            f"{target}: {result.frames} frames{resumed}, {result.size[0]}x{result.size[1]}, "
-            f"{ms_text}, {_holes(result.hole_fraction)}"
+            f"{target}: {number}{resumed}, {result.size[0]}x{result.size[1]}, {ms_text}, "
+            f"{_holes(result.hole_fraction)}"
         )
     if as_json:
         say_json(facts)

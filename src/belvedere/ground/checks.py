@@ -7,7 +7,9 @@ them: ``check_shape("ReferenceView", "disparity", array, (480, 640), hint="...")
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -90,6 +92,16 @@ def check_choice(owner: str, name: str, value: object, choices: Iterable[str]) -
             f"{owner}.{name} is {value!r}, expected one of "
             + ", ".join(repr(choice) for choice in allowed)
         )
+
+
+def check_path(owner: str, name: str, value: object) -> Path:
+    """``value`` as a path; anything but text or a path object is refused."""
+    text = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(text, str):
+        raise InputError(
+            f"{owner}.{name} is {value!r:.60}, expected the name of a file or folder (str or Path)"
+        )
+    return Path(text)
 
 
 def check_number(

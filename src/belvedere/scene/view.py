@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.checks import as_array, check_shape, shape_text
+from belvedere.ground.checks import as_array, check_finite, check_shape, shape_text
 from belvedere.ground.errors import ViewError
 from belvedere.scene.camera import Camera
 from belvedere.scene.camera_model import CameraModel
@@ -40,6 +40,8 @@ class ReferenceView:
                 "as belvedere.Camera"
             )
         color = check_color("ReferenceView", self.color, self.camera.size)
+        if color.dtype != np.uint8:
+            check_finite("ReferenceView", "color", color, ViewError)
         disparity = _float_map("disparity", self.disparity, self.camera.size)
         if bool((disparity < 0).any()) or bool(np.isinf(disparity).any()):
             raise ViewError(
@@ -119,6 +121,8 @@ def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
     Raises:
         ViewError: another shape, or a type whose meaning we would have to guess.
     """
+    _refuse_mask(owner, "color", color, "fill it with a colour (color.filled(0)) and make the "
+                 "disparity NaN where there is none")  # fmt: skip
     array = as_array(owner, "color", color, None)
     if array.ndim != 3 or array.shape[2] not in (3, 4):
         raise ViewError(
@@ -128,7 +132,8 @@ def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
     check_shape(owner, "color", array, (*size, array.shape[2]), "resize it to its camera",
                 ViewError)  # fmt: skip
     if array.dtype in (np.float64, np.float16):
-        array = array.astype(np.float32)
+        with np.errstate(over="ignore"):  # what float32 cannot hold is infinite
+            array = array.astype(np.float32)
     if array.dtype not in (np.uint8, np.float32):
         raise ViewError(
             f"{owner}.color is {array.dtype}, expected uint8 (sRGB) or float32 (linear radiance)"
@@ -136,7 +141,15 @@ def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
     return np.ascontiguousarray(array)
 
 
+def _refuse_mask(owner: str, name: str, values: Any, advice: str) -> None:
+    """A masked array's mask would be lost: what is masked must be said in our own words."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise ViewError(f"{owner}.{name} is a masked array, whose mask would be ignored: {advice}")
+
+
 def _float_map(name: str, values: npt.ArrayLike, size: tuple[int, int]) -> F4:
+    _refuse_mask("ReferenceView", name, values,
+                 f"fill it with NaN, which means no sample ({name}.filled(np.nan))")  # fmt: skip
     array = as_array("ReferenceView", name, values, None)
     check_shape("ReferenceView", name, array, size, "resize it to its camera", ViewError)
     if not np.issubdtype(array.dtype, np.floating):

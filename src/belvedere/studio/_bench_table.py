@@ -25,14 +25,15 @@ def bench_table(result: BenchResult) -> Table:
     """The rows of a run, with their notes and the machine's load below."""
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     notes = [f"{row.name}: {row.note}" for row in result.rows if row.note]
     loads = [f"{load:.2f}" for load in result.load if load is not None]
     if loads:
         notes.append(f"load of the machine: {', then '.join(loads)}")
     table = Table(
-        title=f"{result.suite}: ratios to {result.baseline!r}",
-        caption="\n".join(notes),
+        title=Text(f"{result.suite}: ratios to {result.baseline!r}", "table.title"),
+        caption=Text("\n".join(notes), "table.caption"),  # plain: "belvedere[peers]" is no markup
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -54,5 +55,5 @@ def bench_table(result: BenchResult) -> Table:
             for _, field, form in columns
         ]
         threads = "" if row.threads is None else str(row.threads)
-        table.add_row(row.name, *([threads] if threaded else []), *numbers)
+        table.add_row(Text(row.name), *([threads] if threaded else []), *numbers)
     return table

@@ -11,6 +11,10 @@ MARKS = ("circle", "square", "triangle", "diamond", "cross")
 """One shape a line, so that nobody needs to tell colours apart."""
 
 
+LETTER = 8.0
+"""The most that a letter of the axis takes, pixels; none of them is a wide one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Line:
     """One way of predicting: a value a view."""
@@ -32,9 +36,11 @@ def psnr_chart(names: Sequence[str], lines: Sequence[Line], width: int) -> str:
         width: layout width; text keeps its size relative to it, so draw one chart per layout.
     """
     height = 260 if width > 500 else 240
-    left, right, top, bottom = 52, 12, 14, 44
     finite = [v for line in lines for v in line.values if math.isfinite(v)]
     low, high, step = _axis(finite)
+    ticks = _ticks(low, high, step)
+    left = 8 + max(math.ceil(LETTER * len(text)) for _, text in ticks) + 4
+    right, top, bottom = 12, 14, 44
     count = max(len(names), 1)
 
     def x_of(index: int) -> float:
@@ -48,14 +54,11 @@ def psnr_chart(names: Sequence[str], lines: Sequence[Line], width: int) -> str:
         f'<svg class="chart" viewBox="0 0 {width} {height}" role="img" '
         f'aria-label="PSNR in decibels for each held-out view">'
     ]
-    value = low
-    while value <= high + 1e-9:
+    for value, text in ticks:
         y = y_of(value)
-        unit = " dB" if value + step > high + 1e-9 else ""
         parts.append(f'<line class="grid" x1="{left}" x2="{width - right}" y1="{y:.1f}" '
                      f'y2="{y:.1f}"/><text class="tick" x="{left - 8}" y="{y + 4:.1f}" '
-                     f'text-anchor="end">{value:g}{unit}</text>')  # fmt: skip
-        value += step
+                     f'text-anchor="end">{text}</text>')  # fmt: skip
     labels = short_names(names)
     every = max(math.ceil(count * 9 * max(map(len, labels), default=1) / (width - left)), 1)
     parts += [
@@ -146,3 +149,9 @@ def _axis(values: Sequence[float]) -> tuple[float, float, float]:
         step * math.ceil((high + 0.15 * span) / step),
         step,
     )
+
+
+def _ticks(low: float, high: float, step: float) -> list[tuple[float, str]]:
+    """The axis's values and what is written beside them; the top one names the unit."""
+    values = [low + step * index for index in range(round((high - low) / step) + 1)]
+    return [(value, f"{value:g}" + (" dB" if value == values[-1] else "")) for value in values]

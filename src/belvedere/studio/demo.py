@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from belvedere.ground.checks import check_integer, check_number
+from belvedere.ground.wording import counted
 from belvedere.scene import Camera, ReferenceView, ViewSet
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
@@ -59,7 +60,7 @@ class DemoResult:
         video = self.video
         cost = "" if video.ms is None else f" at {video.ms:.0f} ms each"
         return (
-            f"{video.frames} frames of {video.size[0]} x {video.size[1]} warped{cost}, "
+            f"{counted(video.frames, 'frame')} of {video.size[0]} x {video.size[1]} warped{cost}, "
             f"{100 * video.hole_fraction:.2f}% holes (filled), {self.total_seconds:.1f} s in all"
         )
 

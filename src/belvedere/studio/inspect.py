@@ -35,6 +35,20 @@ class SceneFacts:
         """The distinct picture sizes, ``640x480``."""
         return sorted({f"{camera.width}x{camera.height}" for camera in self.views.cameras})
 
+    @property
+    def eye_span(self) -> tuple[float, float, float]:
+        """Extent of the views' eye positions along x, y and z, metres."""
+        x, y, z = np.ptp(np.array([camera.center for camera in self.views.cameras]), axis=0)
+        return float(x), float(y), float(z)
+
+    @property
+    def stored_unit(self) -> float | None:
+        """Metres per stored number of depth; None for disparity, plain metres and no depth."""
+        held = self.views.facts
+        scale = held.get("depth_scale")
+        kind = (held.get("conventions") or {}).get("depth_kind")
+        return None if scale is None or scale == 1 or kind == "disparity" else float(scale)
+
     def as_dict(self) -> dict[str, Any]:
         """Everything, as JSON values."""
         with_depth = sum(entry.has_depth for entry in self.views.entries)
@@ -45,6 +59,7 @@ class SceneFacts:
             "sizes": self.sizes,
             "disk_bytes": self.disk_bytes,
             "affords": self.affords.as_dict(),
+            "eye_span": [round(x, 6) for x in self.eye_span],
             "viewing_region": {
                 "low": [round(float(x), 6) for x in self.region.low],
                 "high": [round(float(x), 6) for x in self.region.high],

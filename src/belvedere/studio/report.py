@@ -108,15 +108,16 @@ def evaluate_to_report(
 
     Memory: that of `evaluate`, and some 15 MB for the page.
     """
+    names = reconstruction_names(reconstructions)
     target = Path(output).absolute()
     check_replaceable(target, force, "report.json")
     held = [views.names[index] for index, _ in plan_hold_out(views, hold_out, references)]
-    pictures = PictureCollector(held, len(reconstruction_names(reconstructions)))
+    pictures = PictureCollector(held, len(names))
     evaluation = evaluate(
         views,
         hold_out=hold_out,
         references=references,
-        reconstructions=reconstructions,
+        reconstructions=names,
         visibility=visibility,
         repeats=repeats,
         threads=threads,

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from belvedere.ground.checks import check_path
 from belvedere.ground.errors import InputError
 from belvedere.scene import Scene, ViewSet
 from belvedere.scene.conventions import Conventions
@@ -63,11 +64,13 @@ def open_scene(
 
     Raises:
         MissingFileError, UnsafePathError, FileFormatError, SceneError: what is wrong where.
-        InputError: an option that does not exist, or a value that it does not take.
+        InputError: ``path`` is no path; an option that does not exist, or a value that it does not
+            take.
 
     Warns:
         ConventionWarning: with ``check``, when views disagree.
     """
+    check_path("open_scene", "path", path)
     asked = stated_conventions(
         depth_scale=depth_scale,
         depth_kind=depth_kind,

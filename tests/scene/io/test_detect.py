@@ -10,7 +10,7 @@ import pytest
 
 from belvedere import ViewSet
 from belvedere.ground.errors import InputError, MissingFileError, SceneError
-from belvedere.scene.io import read_views, write_views
+from belvedere.scene.io import detect_format, read_views, write_views
 
 
 def test_an_empty_folder_is_named(tmp_path: Path) -> None:
@@ -74,3 +74,12 @@ def test_every_public_name_of_the_room_is_there() -> None:
         assert name in dir(io)
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = io.nothing
+
+
+@pytest.mark.parametrize("nothing", [None, 3, b"capture"])
+def test_what_is_no_path_is_refused(nothing: Any) -> None:
+    for read in (read_views, detect_format):
+        with pytest.raises(
+            InputError, match=r"\.path is .*, expected the name of a file or folder"
+        ):
+            read(nothing)

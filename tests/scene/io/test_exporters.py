@@ -142,6 +142,64 @@ def test_what_exists_is_replaced_only_by_force(tmp_path: Path, views: ViewSet, l
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
+def same_when_read(layout: str, depth_format: str) -> bool:
+    """Whether a layout takes a depth format."""
+    if layout in ("belvedere", "cameras.json"):
+        return True
+    return layout == "tum" and depth_format == "png16"
+
+
+@pytest.mark.parametrize("color_format", ["png", "webp"])
+@pytest.mark.parametrize("depth_format", ["png16", "exr", "npy", "pfm"])
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_layout_takes_a_depth_format_or_refuses_it_by_name(
+    tmp_path: Path, make_views: Any, layout: str, depth_format: str, color_format: str
+) -> None:
+    views = make_views(depth=(0.7, 8.0))
+    options = {"depth_format": depth_format, "color_format": color_format}
+    if same_when_read(layout, depth_format):
+        write_views(views, tmp_path / "a", layout, **options)
+        step = STEP[layout] if depth_format == "png16" else 0.0
+        assert_same(read_views(tmp_path / "a"), views, step)
+        return
+    with pytest.raises(InputError, match=rf"depth_format.*layout '{layout}'"):
+        write_views(views, tmp_path / "a", layout, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_an_option_that_no_layout_has_is_refused_by_name(
+    tmp_path: Path, views: ViewSet, layout: str
+) -> None:
+    with pytest.raises(InputError, match=rf"write_views\.sharpness: the layout '{layout}' does"):
+        write_views(views, tmp_path / "a", layout, sharpness=3)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_advice_about_depth_that_does_not_fit_works_for_its_layout(
+    tmp_path: Path, make_views: Any
+) -> None:
+    deep = make_views(depth=(1.0, 20.0))
+    with pytest.raises(InputError, match=r"write another layout \(belvedere, cameras\.json or col"):
+        write_views(deep, tmp_path / "a", "tum")
+    for layout in ("belvedere", "cameras.json", "colmap"):
+        write_views(deep, tmp_path / layout, layout)
+    disparity = np.full((4, 6), 1e-4, np.float32)
+    disparity[0, 0] = 1e4
+    camera = Camera.look_at((0, 0, 0), (0, 1, 0), width=6, height=4)
+    both = ViewSet.of([ReferenceView(camera, np.zeros((4, 6, 3), np.uint8), disparity)])
+    for layout in ("belvedere", "cameras.json"):
+        with pytest.raises(InputError, match=r"\(no sample\): use a float depth format \(exr"):
+            write_views(both, tmp_path / f"{layout}-both", layout)
+        write_views(both, tmp_path / f"{layout}-both", layout, depth_format="npy")
+
+
+def test_what_is_no_path_is_refused(views: ViewSet) -> None:
+    nothing: Any = None
+    with pytest.raises(InputError, match=r"write_views\.path is None, expected the name of a file"):
+        write_views(views, nothing)
+
+
 def test_an_unknown_layout_is_refused(tmp_path: Path, views: ViewSet) -> None:
     with pytest.raises(InputError, match=r"layout is 'obj', expected one of 'belvedere'"):
         write_views(views, tmp_path / "a", "obj")

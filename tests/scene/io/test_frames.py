@@ -93,3 +93,16 @@ def test_an_existing_picture_is_replaced_only_by_force(tmp_path: Path, frame: Fr
             save_frame(frame, file)
         save_frame(frame, file, force=True)
         assert file.read_bytes() == before
+
+
+def test_what_is_no_frame_or_no_path_is_refused() -> None:
+    wrong: Any = 3
+    with pytest.raises(InputError, match=r"save_frame\.frame is a int, expected a Frame: what a s"):
+        save_frame(wrong, "z.png")
+    color = np.zeros((1, 1, 3), np.uint8)
+    ones = np.ones((1, 1), np.float32)
+    made = Frame(Camera.look_at((0, 0, 0), (0, 1, 0), width=1, height=1), color, ones, ones)
+    for nothing in (None, 3):
+        path: Any = nothing
+        with pytest.raises(InputError, match=rf"save_frame\.path is {nothing}, expected the name"):
+            save_frame(made, path)

@@ -93,12 +93,15 @@ def write_depth(path: str | Path, values: npt.NDArray[Any], *, force: bool = Tru
     write_bytes(file, _encode_depth(array, suffix), force=force)
 
 
-def quantise_depth(depth: npt.NDArray[Any], step: float) -> npt.NDArray[np.uint16]:
+def quantise_depth(
+    depth: npt.NDArray[Any], step: float, advice: str | None = None
+) -> npt.NDArray[np.uint16]:
     """Depth in metres as 16-bit numbers: 0 no sample, `INFINITY_CODE` infinitely far.
 
     Args:
         depth: (H, W) metres; NaN and 0 no sample, infinity infinitely far.
         step: metres per number.
+        advice: what helps where depth does not fit; None: another step or a float format.
 
     Raises:
         InputError: a depth lies beyond 65534 steps (nothing is clipped), or rounds to 0.
@@ -110,13 +113,14 @@ def quantise_depth(depth: npt.NDArray[Any], step: float) -> npt.NDArray[np.uint1
     if steps.max(initial=0) > INFINITY_CODE - 1:
         raise InputError(
             f"depth reaches {values[known].max():.6g} m, but 16 bits hold "
-            f"{(INFINITY_CODE - 1) * step:.6g} m in steps of {step:g} m: use a larger step or a "
-            "float depth format (exr, pfm, npy)"
+            f"{(INFINITY_CODE - 1) * step:.6g} m in steps of {step:g} m: "
+            + (advice or "use a larger step or a float depth format (exr, pfm, npy)")
         )
     if bool((steps[known] == 0).any()):
         raise InputError(
             f"depth comes as near as {values[known].min():.3g} m, which steps of {step:g} m round "
-            "to 0 (no sample): use a smaller step or a float depth format (exr, pfm, npy)"
+            "to 0 (no sample): "
+            + (advice or "use a smaller step or a float depth format (exr, pfm, npy)")
         )
     steps[np.isposinf(values)] = INFINITY_CODE
     return steps.astype(np.uint16)

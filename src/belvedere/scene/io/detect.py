@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from belvedere.ground.checks import check_choice
+from belvedere.ground.checks import check_choice, check_path
 from belvedere.ground.errors import InputError, MissingFileError, SceneError
 from belvedere.scene.conventions import Conventions
 from belvedere.scene.io.cameras_json import CONVENTIONS as CAMERAS_JSON_CONVENTIONS
@@ -73,8 +73,9 @@ def detect_format(path: str | Path) -> ViewFormat:
     Raises:
         MissingFileError: there is nothing at ``path``.
         SceneError: an empty folder, or nothing we know; the message lists what was looked for.
+        InputError: ``path`` is no path.
     """
-    place = Path(path)
+    place = check_path("detect_format", "path", path)
     if not place.exists():
         raise MissingFileError(f"no file or folder {place}: check the name")
     if place.is_file():
@@ -119,9 +120,10 @@ def read_views(
 
     Raises:
         MissingFileError, UnsafePathError, FileFormatError, SceneError: what is wrong where.
-        InputError: ``format`` is unknown or ``conventions`` are not `Conventions`.
+        InputError: ``path`` is no path, ``format`` is unknown or ``conventions`` are not
+            `Conventions`.
     """
-    place = Path(path)
+    place = check_path("read_views", "path", path)
     if conventions is not None and not isinstance(conventions, Conventions):
         raise InputError(
             f"read_views.conventions is a {type(conventions).__name__}, expected belvedere's "

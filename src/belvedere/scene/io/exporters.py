@@ -7,13 +7,15 @@ What a layout cannot hold is refused (another camera per picture in TUM), or tol
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from belvedere.ground.checks import check_choice
-from belvedere.ground.errors import SceneError
+from belvedere.ground.checks import check_choice, check_path
+from belvedere.ground.errors import InputError, SceneError
+from belvedere.ground.wording import counted
 from belvedere.scene.camera import Camera
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.colmap import ColmapCamera, ColmapImage, ColmapModel, write_model
@@ -23,6 +25,7 @@ from belvedere.scene.io.json_files import write_json
 from belvedere.scene.io.pictures import INFINITY_KEY, view_names
 from belvedere.scene.io.pixels_out import (
     DEPTH_FORMATS,
+    FLOAT_ADVICE,
     ColorFormat,
     DepthFormat,
     PixelPlan,
@@ -39,6 +42,9 @@ from belvedere.scene.io.rotations import quaternion_of
 from belvedere.scene.io.save import MANIFEST, manifest, save_views
 from belvedere.scene.io.tum import DEPTH_STEP
 from belvedere.scene.views import ViewSet
+
+TUM_ADVICE = "write another layout (belvedere, cameras.json or colmap)"
+"""What helps where TUM's 16-bit depth does not."""
 
 Header = Callable[[Path, list[Camera], list[WrittenFile], PixelPlan], None]
 
@@ -57,7 +63,8 @@ def to_cameras_json(
     cameras = planar_cameras(views, "cameras.json", skew=True)
     any_depth = any(entry.has_depth for entry in views.entries)
     step = depth_step(views, None) if any_depth and depth_format == "png16" else None
-    plan = PixelPlan("images", color_suffix(views, color_format), "depth", depth_format, step)
+    plan = PixelPlan("images", color_suffix(views, color_format), "depth", depth_format, step,
+                     depth_advice=FLOAT_ADVICE)  # fmt: skip
     return _export(views, path, "cameras.json", cameras, plan, _cameras_json, force, progress)
 
 
@@ -96,16 +103,31 @@ def to_tum(
     path: str | Path,
     *,
     color_format: ColorFormat | None = None,
+    depth_format: DepthFormat = "png16",
     force: bool = False,
     progress: Progress | None = None,
 ) -> SavedViews:
     """Write the TUM RGB-D layout, a picture a second, with ``calibration.txt``.
 
+    Args:
+        views: as `save_views`.
+        path: as `save_views`.
+        color_format: as `save_views`.
+        depth_format: the layout has ``png16`` alone, in steps of 1/5000 m.
+        force: as `save_views`.
+        progress: as `save_views`.
+
     Raises:
         SceneError: cameras that differ, or depth for some views only: the layout has one camera.
-        InputError: depth beyond 13.1 m, the most that 16 bits of 1/5000 m hold.
+        InputError: another depth format, or depth beyond 13.1 m, the most that 16 bits of
+            1/5000 m hold.
         OutputError: as `save_views`.
     """
+    if depth_format != "png16":
+        raise InputError(
+            f"to_tum.depth_format is {depth_format!r}, but the layout 'tum' holds 16-bit depth "
+            f"(png16) only: {TUM_ADVICE}"
+        )
     cameras = planar_cameras(views, "the TUM layout")
     if not same_intrinsics(cameras):
         raise SceneError("the TUM layout has one camera for all pictures, but these differ in K "
@@ -114,7 +136,7 @@ def to_tum(
         raise SceneError("the TUM layout has depth for every picture or none, but these have it "
                          "for some: write transforms.json or cameras.json")  # fmt: skip
     plan = PixelPlan("rgb", color_suffix(views, color_format), "depth", "png16", DEPTH_STEP,
-                     infinity=False)  # fmt: skip
+                     infinity=False, depth_advice=TUM_ADVICE)  # fmt: skip
     return _export(views, path, "tum", cameras, plan, _tum_lists, force, progress)
 
 
@@ -129,16 +151,34 @@ WRITERS: dict[str, Callable[..., SavedViews]] = {
 """Layout -> its writer. Our folder is a ``transforms.json`` scene."""
 
 
+OWN_DEPTH = " (its depth maps have a format of their own)"
+"""Why COLMAP's layouts take no depth format."""
+
+
 def write_views(
     views: ViewSet, path: str | Path, layout: str = "belvedere", **options: Any
 ) -> SavedViews:
     """Write a set of views in a layout of `WRITERS`; ``options`` as its writer takes them.
 
     Raises:
-        InputError: an unknown layout.
+        InputError: an unknown layout, ``path`` is no path, or an option that the layout does not
+            take.
     """
     check_choice("write_views", "layout", layout, WRITERS)
-    return WRITERS[layout](views, path, **options)
+    check_path("write_views", "path", path)
+    writer = WRITERS[layout]
+    taken = [
+        name
+        for name, parameter in inspect.signature(writer).parameters.items()
+        if parameter.kind is parameter.KEYWORD_ONLY and name not in ("force", "progress")
+    ]
+    for name in sorted(options.keys() - {*taken, "force", "progress"}):
+        why = OWN_DEPTH if name == "depth_format" else ""
+        raise InputError(
+            f"write_views.{name}: the layout {layout!r} does not take it{why}: leave it out "
+            f"(it takes {', '.join(taken)})"
+        )
+    return writer(views, path, **options)
 
 
 def _export(
@@ -162,7 +202,8 @@ def _export(
         for name, file in zip(view_names([f.color for f in files]), files, strict=True)
     )
     if renamed and layout != "cameras.json":
-        notes = (*notes, f"{renamed} views are called after their files: the format has no names")
+        called = "is called after its file" if renamed == 1 else "are called after their files"
+        notes = (*notes, f"{counted(renamed, 'view')} {called}: the format has no names")
     return SavedViews(target, layout, len(files), resumed, plan.depth_step, notes)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from belvedere.ground.checks import check_path
 from belvedere.ground.color import color_to_linear, color_to_srgb8
 from belvedere.ground.errors import InputError
 from belvedere.scene.io.atomic import atomic_write, require_free, write_bytes
@@ -35,10 +36,16 @@ def save_frame(frame: Frame, path: str | Path, *, alpha: bool = False, force: bo
 
     Raises:
         OutputError: it exists without ``force``; disk full, read-only.
-        InputError: another suffix; ``alpha`` for a format that has none or ``.exr``.
+        InputError: no frame, no path or another suffix; ``alpha`` for a format that has none or
+            ``.exr``.
         MissingDependencyError: OpenEXR without the extra ``exr``.
     """
-    file = Path(path)
+    if not isinstance(frame, Frame):
+        raise InputError(
+            f"save_frame.frame is a {type(frame).__name__}, expected a Frame: what a scene's "
+            "render() or belvedere.warp() gives"
+        )
+    file = check_path("save_frame", "path", path)
     suffix = file.suffix.lower()
     if suffix not in FRAME_SUFFIXES:
         raise InputError(

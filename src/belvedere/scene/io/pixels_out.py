@@ -40,6 +40,8 @@ Progress = Callable[[int, int], None]
 """Called with pictures done and pictures in all."""
 COLOR_FORMATS = ("png", "jpg", "webp", "exr")
 DEPTH_FORMATS = ("png16", "exr", "npy", "pfm")
+FLOAT_ADVICE = "use a float depth format (exr, npy, pfm)"
+"""What helps where no step fits every depth."""
 DEFAULT_STEP = 0.001
 """Metres per number of 16-bit depth: what nerfstudio takes by default."""
 NOTES = "belvedere-resume.jsonl"
@@ -72,6 +74,8 @@ class PixelPlan:
     depth_step: float | None
     infinity: bool = True
     """Whether the layout can say "infinitely far"; where not, such pixels become no sample."""
+    depth_advice: str | None = None
+    """What helps where depth does not fit 16 bits; None: another step or a float format."""
 
     @property
     def depth_suffix(self) -> str:
@@ -207,7 +211,7 @@ def _write_view_depth(path: Path, view: ReferenceView, plan: PixelPlan) -> None:
         write_bytes(path, encode_colmap_depth(depth.astype(np.float32)))
     elif plan.depth_format == "png16":
         assert plan.depth_step is not None
-        write_depth(path, quantise_depth(depth, plan.depth_step))
+        write_depth(path, quantise_depth(depth, plan.depth_step, plan.depth_advice))
     else:
         write_depth(path, depth.astype(np.float32))
 

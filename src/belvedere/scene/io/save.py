@@ -25,6 +25,7 @@ from belvedere.scene.io.json_files import write_json
 from belvedere.scene.io.pictures import INFINITY_KEY, view_names
 from belvedere.scene.io.pixels_out import (
     DEPTH_FORMATS,
+    FLOAT_ADVICE,
     ColorFormat,
     DepthFormat,
     PixelPlan,
@@ -90,7 +91,8 @@ def save_views(
     cameras = planar_cameras(views, "transforms.json")
     any_depth = any(entry.has_depth for entry in views.entries)
     step = depth_step(views, depth_step_m) if any_depth and depth_format == "png16" else None
-    plan = PixelPlan("images", color_suffix(views, color_format), "depth", depth_format, step)
+    plan = PixelPlan("images", color_suffix(views, color_format), "depth", depth_format, step,
+                     depth_advice=FLOAT_ADVICE if depth_step_m is None else None)  # fmt: skip
     with staged_folder(target, force=force, owned_by=MANIFEST, resume=True) as folder:
         files, resumed, notes = write_pixels(views, folder, plan, progress)
         write_json(folder / MANIFEST, manifest(views))

@@ -12,6 +12,7 @@ from belvedere.ground.jit import Real, kernel
 
 F4 = npt.NDArray[np.float32]
 B1 = npt.NDArray[np.bool_]
+I8 = npt.NDArray[np.int64]
 
 ZERO = np.float32(0.0)
 TINY = np.float32(1e-6)
@@ -114,7 +115,7 @@ def fill_from_coarser(
 
 @kernel
 def soften_filled(
-    color: F4, disparity: F4, hole: B1, tolerance: Real, row_low: int, row_high: int,
+    color: F4, disparity: F4, hole: B1, rows: I8, columns: I8, tolerance: Real,
     out_color: F4, out_disparity: F4,
 ) -> None:  # fmt: skip
     """Average filled pixels with their filled neighbours, and with known ones of their surface.
@@ -125,32 +126,30 @@ def soften_filled(
         color: (H, W, 4), without holes.
         disparity: (H, W), without holes.
         hole: (H, W) where they were filled.
+        rows: (n,) rows of the filled pixels.
+        columns: (n,) their columns.
         tolerance: relative difference in disparity up to which pixels are one surface.
-        row_low: first row to do.
-        row_high: row after the last.
-        out_color: (H, W, 4), written where ``hole``.
-        out_disparity: (H, W) likewise.
+        out_color: (n, 4).
+        out_disparity: (n,).
     """
     height, width = disparity.shape
-    for y in range(row_low, row_high):
-        for x in range(width):
-            if not hole[y, x]:
-                continue
-            own = disparity[y, x]
-            count, depth = ZERO, ZERO
-            c0, c1, c2, c3 = ZERO, ZERO, ZERO, ZERO
-            for v in range(max(y - 1, 0), min(y + 2, height)):
-                for u in range(max(x - 1, 0), min(x + 2, width)):
-                    delta = disparity[v, u]
-                    if hole[v, u] or abs(delta - own) <= np.float32(tolerance) * max(delta, own):
-                        count += np.float32(1.0)
-                        depth += delta
-                        c0 += color[v, u, 0]
-                        c1 += color[v, u, 1]
-                        c2 += color[v, u, 2]
-                        c3 += color[v, u, 3]
-            out_disparity[y, x] = depth / count
-            out_color[y, x, 0] = c0 / count
-            out_color[y, x, 1] = c1 / count
-            out_color[y, x, 2] = c2 / count
-            out_color[y, x, 3] = c3 / count
+    for n in range(rows.shape[0]):
+        y, x = rows[n], columns[n]
+        own = disparity[y, x]
+        count, depth = ZERO, ZERO
+        c0, c1, c2, c3 = ZERO, ZERO, ZERO, ZERO
+        for v in range(max(y - 1, 0), min(y + 2, height)):
+            for u in range(max(x - 1, 0), min(x + 2, width)):
+                delta = disparity[v, u]
+                if hole[v, u] or abs(delta - own) <= np.float32(tolerance) * max(delta, own):
+                    count += np.float32(1.0)
+                    depth += delta
+                    c0 += color[v, u, 0]
+                    c1 += color[v, u, 1]
+                    c2 += color[v, u, 2]
+                    c3 += color[v, u, 3]
+        out_disparity[n] = depth / count
+        out_color[n, 0] = c0 / count
+        out_color[n, 1] = c1 / count
+        out_color[n, 2] = c2 / count
+        out_color[n, 3] = c3 / count

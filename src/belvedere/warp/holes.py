@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,6 +16,9 @@ from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
 SOFTENINGS = 2
 """Times that filled pixels are averaged with their neighbours at each level."""
+
+WORTH_THREADS = 1 << 15
+"""Pixels of a level from which on it is shared among threads."""
 
 Level = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
@@ -41,20 +46,19 @@ def fill_background(
     Raises:
         InputError: what is given is no frame.
 
-    Memory: 64 bytes a pixel.
+    Memory: 44 bytes a pixel.
     """
     if not isinstance(frame, Frame):
         raise InputError(
             f"fill_background.frame is a {type(frame).__name__}, expected a Frame, as warp gives it"
         )
-    from belvedere.warp import _compose, _holes
+    from belvedere.warp import _holes
 
     holes = np.isnan(frame.disparity)
     if not holes.any() or holes.all():
         return Frame(
             frame.camera, frame.color, frame.disparity, frame.coverage, np.zeros_like(holes)
         )
-    count = thread_count(threads)
     colors = [np.array(linear_rgba(frame.color, threads))]
     disparities = [frame.disparity.copy()]
     while np.isnan(disparities[-1]).any():
@@ -70,12 +74,12 @@ def fill_background(
                 fine[0][source], fine[1][source], tolerance, coarse[0][rows], coarse[1][rows]
             )
 
-        run_parallel(shrink, row_bands(size[0], count), threads)
+        run_parallel(shrink, row_bands(size[0], _bands(size, threads)), threads)
         colors.append(color)
         disparities.append(disparity)
     for level in range(len(colors) - 2, -1, -1):
         missing = np.isnan(disparities[level])
-        bands = row_bands(missing.shape[0], count)
+        bands = row_bands(missing.shape[0], _bands(missing.shape, threads))
 
         def fill(band: tuple[int, int], level: int = level) -> None:
             _holes.fill_from_coarser(
@@ -88,28 +92,29 @@ def fill_background(
             )
 
         run_parallel(fill, bands, threads)
+        rows, columns = np.nonzero(missing)
+        soft = np.empty((len(rows), 4), np.float32), np.empty(len(rows), np.float32)
         for _ in range(SOFTENINGS):
-            rough = colors[level], disparities[level]
-            colors[level], disparities[level] = rough[0].copy(), rough[1].copy()
+            _holes.soften_filled(
+                colors[level], disparities[level], missing, rows, columns, tolerance, *soft
+            )
+            colors[level][rows, columns], disparities[level][rows, columns] = soft
+    color = frame.color.copy()
+    color[holes] = from_linear(colors[0][holes][:, None], frame.color)[:, 0]
+    return Frame(frame.camera, color, disparities[0], frame.coverage, holes)
 
-            def soften(
-                band: tuple[int, int],
-                rough: Level = rough,
-                smooth: Level = (colors[level], disparities[level]),
-                missing: npt.NDArray[np.bool_] = missing,
-            ) -> None:
-                _holes.soften_filled(*rough, missing, tolerance, *band, *smooth)
 
-            run_parallel(soften, bands, threads)
-    if frame.color.dtype == np.uint8:
-        encoded = np.empty_like(frame.color)
-        _compose.encode(colors[0], LINEAR_TO_SRGB8, encoded)
-    else:
-        encoded = colors[0][..., : frame.color.shape[2]]
-    return Frame(
-        frame.camera,
-        np.where(holes[..., None], encoded, frame.color),
-        disparities[0],
-        frame.coverage,
-        holes,
-    )
+def _bands(size: tuple[int, ...], threads: int | None) -> int:
+    """Into how many bands a level is cut: a small one is done before a thread wakes."""
+    return thread_count(threads) if size[0] * size[1] > WORTH_THREADS else 1
+
+
+def from_linear(linear: npt.NDArray[np.float32], like: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """(H, W, 4) linear colour as another picture has it: its type and its channels."""
+    from belvedere.warp import _compose
+
+    if like.dtype != np.uint8:
+        return linear[..., : like.shape[2]]
+    encoded = np.empty((*linear.shape[:2], like.shape[2]), np.uint8)
+    _compose.encode(linear, LINEAR_TO_SRGB8, encoded)
+    return encoded

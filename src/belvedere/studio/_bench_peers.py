@@ -139,6 +139,48 @@ def make_numpy_sorted(view: ReferenceView, camera: Camera, threads: int) -> Call
     return run
 
 
+def make_numpy_splat(view: ReferenceView, camera: Camera, threads: int) -> Callable[[], Picture]:
+    """Bilinear splatting: each sample adds to four pixels, near ones weigh exponentially more.
+
+    What most published NumPy forward warps do: points unprojected, moved and projected as 3-vectors
+    in float64, colour and depth accumulated with `np.add.at`, divided by the weights.
+    """
+    del threads
+    reference = _planar(view)
+    height, width = camera.size
+    move = np.linalg.inv(camera.camera_to_world) @ reference.camera_to_world
+    k_inverse, k = np.linalg.inv(reference.intrinsics), camera.intrinsics
+    depth = _depth(view).astype(np.float64).ravel()
+    colors = view.color.reshape(-1, view.color.shape[2]).astype(np.float64)
+    u, v = np.meshgrid(np.arange(view.camera.width), np.arange(view.camera.height))
+
+    def run() -> Picture:
+        pixels = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+        points = (pixels @ k_inverse.T) * depth[:, None] @ move[:3, :3].T + move[:3, 3]
+        z = points[:, 2]
+        image = points @ k.T
+        keep = (depth > 0) & (z > 0)
+        x, y = image[keep, 0] / image[keep, 2], image[keep, 1] / image[keep, 2]
+        nearness = np.log1p(z[keep])
+        importance = np.exp(-50.0 * nearness / nearness.max())
+        values = np.concatenate([colors[keep], z[keep, None], np.ones((len(x), 1))], axis=1)
+        total = np.zeros((height + 2, width + 2, values.shape[1]))
+        x0, y0 = np.floor(x), np.floor(y)
+        for dy in range(2):
+            for dx in range(2):
+                row = np.clip(y0 + dy + 1, 0, height + 1).astype(np.intp)
+                column = np.clip(x0 + dx + 1, 0, width + 1).astype(np.intp)
+                weight = (1.0 - abs(x - x0 - dx)) * (1.0 - abs(y - y0 - dy)) * importance
+                np.add.at(total, (row, column), values * weight[:, None])
+        total = total[1:-1, 1:-1]
+        with np.errstate(invalid="ignore"):
+            mean = total[..., :-1] / total[..., -1:]
+        mean = np.nan_to_num(mean)
+        return Picture(np.rint(mean[..., :3]).astype(np.uint8), mean[..., 3].astype(np.float32))
+
+    return run
+
+
 def _numpy_picture(color: npt.NDArray[Any], front: F4, camera: Camera) -> Picture:
     with np.errstate(divide="ignore"):
         depth = np.where(front > 0, np.float32(1.0) / front, np.float32(0.0))
@@ -247,6 +289,8 @@ def make_opencv_frame(view: ReferenceView, camera: Camera, threads: int) -> Call
 PEERS: tuple[Peer, ...] = (
     Peer("numpy", "vectorised float32, z-buffer by np.maximum.at", "", make_numpy_maximum, 1),
     Peer("numpy-sort", "vectorised float32, z-buffer by np.lexsort", "", make_numpy_sorted, 1),
+    Peer("numpy-splat", "float64 3-vectors, bilinear splatting with np.add.at", "",
+         make_numpy_splat, 1),
     Peer(
         "open3d", "PointCloud.create_from_rgbd_image, project_to_rgbd_image; its own threads",
         "pip install 'belvedere[peers]'", make_open3d, 0,

@@ -137,7 +137,7 @@ def offset_warp(
             tied.discard(cell)
             place_x = (cell[1] + (qu + 0.5) / places) / scale - 0.5
             place_y = (cell[0] + (qv + 0.5) / places) / scale - 0.5
-            cells[cell] = (delta / t, place_x, place_y, _clamped(color, u, v), middle)
+            cells[cell] = (delta / t, place_x, place_y, _interpolated(color, u, v), middle)
     out = np.zeros((*size, color.shape[2]))
     depth, coverage = np.full(size, np.nan), np.zeros(size, np.float32)
     sure = np.ones(size, bool)
@@ -171,6 +171,28 @@ def _on_plane(disparity: F8, u: float, v: float) -> float:
     du = disparity[0, 1] - disparity[0, 0]
     dv = disparity[1, 0] - disparity[0, 0]
     return float(disparity[0, 0] + u * du + v * dv)
+
+
+def _interpolated(color: F8, u: float, v: float) -> F8:
+    """Colour between samples of one surface: bicubic where there are sixteen, else bilinear."""
+    height, width = color.shape[:2]
+    i, j = math.floor(u), math.floor(v)
+    if not (1 <= i <= width - 3 and 1 <= j <= height - 3):
+        return _clamped(color, u, v)
+    rows = [_catmull_rom(color[j + k, i - 1 : i + 3], u - i) for k in range(-1, 3)]
+    return _catmull_rom(np.array(rows), v - j)
+
+
+def _catmull_rom(samples: F8, f: float) -> F8:
+    """The cubic through the middle two of (4, C) samples with the slopes of their neighbours."""
+    before, start, end, after = samples
+    m0, m1 = (end - before) / 2, (after - start) / 2
+    return (
+        (2 * f**3 - 3 * f**2 + 1) * start
+        + (f**3 - 2 * f**2 + f) * m0
+        + (3 * f**2 - 2 * f**3) * end
+        + (f**3 - f**2) * m1
+    )
 
 
 def _clamped(color: F8, u: float, v: float) -> F8:

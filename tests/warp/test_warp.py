@@ -344,7 +344,7 @@ def test_a_bad_call_is_refused_before_the_work(
         (lambda: OffsetOptions(buffer_scale=1), "buffer_scale is 1, expected a whole number from"),
         (lambda: OffsetOptions(offset_bits=5), "offset_bits is 5, expected a whole number from 0"),
         (lambda: OffsetOptions(radius=0.4), "radius is 0.4, expected a finite number from 0.5 up"),
-        (lambda: OffsetOptions(largest=1), "largest is 1, expected a whole number from 2 to 256"),
+        (lambda: OffsetOptions(largest=1), "largest is 1, expected a whole number from 2 to 128"),
         (lambda: OffsetOptions(filter="box"), "filter is 'box', expected one of 'radial', 'sepa"),  # type: ignore[arg-type]
         (lambda: prepare(None), "prepare.view is a NoneType, expected a ReferenceView"),  # type: ignore[arg-type]
         (lambda: prepare(VIEW, edge_tolerance=2), "prepare.edge_tolerance is 2, expected a fin"),

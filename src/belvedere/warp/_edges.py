@@ -17,6 +17,10 @@ DOWN = 2
 """Bit: the sample and the one below lie on one surface."""
 MIXED = 4
 """Bit: a false sample between two surfaces, as scanners and resampling leave at silhouettes."""
+INTACT = 8
+"""Bit: the cell between the sample and the one below to the right is one piece of surface."""
+SMOOTH = 16
+"""Bit: so are the eight cells round that one: sixteen samples may be mixed."""
 
 
 @inner
@@ -178,15 +182,34 @@ def usable(disparity: F4, links: U1, v: int, u: int) -> bool:
 
 
 @inner
-def intact(disparity: F4, links: U1, v: int, u: int) -> bool:
+def intact(links: U1, v: int, u: int) -> bool:
     """Whether the cell between (v, u) and (v + 1, u + 1) is one piece of surface."""
-    if v < 0 or u < 0 or v + 1 >= disparity.shape[0] or u + 1 >= disparity.shape[1]:
-        return False
-    top, bottom, right = links[v, u], links[v + 1, u], links[v, u + 1]
-    return (
-        bool(top & RIGHT) and bool(top & DOWN) and bool(bottom & RIGHT) and bool(right & DOWN)
-        and not (top | bottom | right | links[v + 1, u + 1]) & MIXED
-    )  # fmt: skip
+    return v >= 0 and u >= 0 and bool(links[v, u] & INTACT)
+
+
+@kernel
+def mark_intact(row_low: int, row_high: int, out: U1) -> None:
+    """INTACT bits of rows [row_low, row_high), after MIXED is known everywhere."""
+    height, width = out.shape
+    for v in range(row_low, min(row_high, height - 1)):
+        for u in range(width - 1):
+            top, right, bottom, last = out[v, u], out[v, u + 1], out[v + 1, u], out[v + 1, u + 1]
+            sides = top & (right | RIGHT) & (bottom | DOWN) & (RIGHT | DOWN)
+            mixed = (top | right | bottom | last) & MIXED
+            whole = (sides == RIGHT | DOWN) & (mixed == 0)
+            out[v, u] = top | np.uint8(INTACT if whole else 0)
+
+
+@kernel
+def mark_smooth(row_low: int, row_high: int, out: U1) -> None:
+    """SMOOTH bits of rows [row_low, row_high), after INTACT is known everywhere."""
+    height, width = out.shape
+    for v in range(max(row_low, 1), min(row_high, height - 2)):
+        for u in range(1, width - 2):
+            above = out[v - 1, u - 1] & out[v - 1, u] & out[v - 1, u + 1]
+            beside = out[v, u - 1] & out[v, u] & out[v, u + 1]
+            below = out[v + 1, u - 1] & out[v + 1, u] & out[v + 1, u + 1]
+            out[v, u] |= (above & beside & below & INTACT) << 1
 
 
 @inner
@@ -215,16 +238,11 @@ def slope_toward(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> 
 
 @inner
 def undisturbed(links: U1, v: int, u: int) -> bool:
-    """Whether every cell round a sample is intact, told by its neighbours' links."""
-    if v < 1 or u < 1 or v + 1 >= links.shape[0] or u + 1 >= links.shape[1]:
+    """Whether every cell round a sample is intact."""
+    if v < 1 or u < 1:
         return False
-    all_of = RIGHT | DOWN
-    return (
-        links[v - 1, u - 1] == all_of and links[v - 1, u] == all_of and links[v, u - 1] == all_of
-        and links[v, u] == all_of and links[v - 1, u + 1] == all_of
-        and links[v, u + 1] == all_of and links[v + 1, u - 1] == all_of
-        and links[v + 1, u] == all_of and links[v + 1, u + 1] == all_of
-    )  # fmt: skip
+    upper, lower = links[v - 1, u - 1] & links[v - 1, u], links[v, u - 1] & links[v, u]
+    return bool(upper & lower & INTACT)
 
 
 @kernel

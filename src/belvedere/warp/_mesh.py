@@ -178,7 +178,7 @@ def draw_mesh(
             v = v_first + j if tiles[n, 5] > 0 else tiles[n, 4] - 1 - j
             for i in range(tiles[n, 1] - u_first):
                 u = u_first + i if tiles[n, 2] > 0 else tiles[n, 1] - 1 - i
-                if intact(disparity, links, v, u):
+                if intact(links, v, u):
                     if whole_cell(w, color, disparity, v, u, quad, paint):
                         draw_quad(
                             quad,

@@ -103,6 +103,8 @@ class PreparedView:
 
             run_parallel(link, bands, threads)
             run_parallel(mark, bands, threads)
+            run_parallel(lambda band: _edges.mark_intact(*band, out), bands, threads)
+            run_parallel(lambda band: _edges.mark_smooth(*band, out), bands, threads)
             self._links = out
         return self._links
 

@@ -80,7 +80,7 @@ class OffsetOptions:
                 continue
             if check_integer("OffsetOptions", name, value, 2, high) % 2:
                 raise InputError(f"OffsetOptions.{name} is {value}, expected an even number")
-        check_integer("OffsetOptions", "largest", self.largest, 2, 256)
+        check_integer("OffsetOptions", "largest", self.largest, 2, 128)
         check_integer("OffsetOptions", "offset_bits", self.offset_bits, 0, 4)
         check_number("OffsetOptions", "radius", self.radius, 0.5, 1.0)
         check_choice("OffsetOptions", "filter", self.filter, ("radial", "separable"))
@@ -278,16 +278,16 @@ def _paint_mesh(
 def _paint_offset(
     passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
 ) -> None:
-    from belvedere.warp import _offset
+    from belvedere.warp import _offset, _offset_resolve
 
     options = passage.options.offset
     scale, bits = options.buffer_scale, options.offset_bits
     height, width = disparity.shape
     cells = (height * scale + scale, width * scale + scale)
-    cell_color = scratch("cell color", (*cells, 4), np.float32)
-    cell_disparity = scratch("cell disparity", cells, np.float32)
-    cell_disparity.fill(-1.0)
-    cell_offset = scratch("cell offset", cells, np.uint8)
+    count = cells[0] * cells[1]
+    cell_color = scratch("cell color", (count + 1, 4), np.float32)
+    cell_word = scratch("cell word", (count + 1,), np.uint64)
+    cell_word.fill(_offset.EMPTY)
     _offset.fill_offset_buffer(
         passage.w,
         passage.color,
@@ -303,14 +303,13 @@ def _paint_offset(
         bits,
         passage.options.visibility == "order",
         passage.options.surface_tolerance,
-        cell_color.reshape(-1, 4),
-        cell_disparity,
-        cell_offset,
-    )
-    _offset.resolve_offset_buffer(
+        cells[1],
         cell_color,
-        cell_disparity,
-        cell_offset,
+        cell_word,
+    )
+    _offset_resolve.resolve_offset_buffer(
+        cell_color[:count].reshape(*cells, 4),
+        cell_word[:count].reshape(cells),
         filter_weights(options),
         scale,
         bits,

@@ -1,0 +1,196 @@
+"""What kernels need of the processor and Numba does not offer by itself.
+
+Four ``float32`` at once: an RGBA sample is one vector register, but left alone each channel is
+worked on by itself. `Four` is a value type for kernels (LLVM's ``<4 x float>``) with the few
+operations that colours need; `bits_of` and `float_of` look at a float's bits.
+
+Each function here is plain Python, which runs with ``NUMBA_DISABLE_JIT=1`` (a `Four` is then an
+array), and below it what kernels compile instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel import models
+from numba.extending import intrinsic as numba_intrinsic
+from numba.extending import overload, register_model
+
+from belvedere.ground.jit import Real
+
+F4 = npt.NDArray[np.float32]
+Four = Any
+"""Four float32: the type of a colour in a kernel's signature."""
+
+
+def load4(array: F4, index: int) -> Four:
+    """The ``index``-th four of a C-contiguous array."""
+    return array.reshape(-1, 4)[index].copy()
+
+
+def store4(array: F4, index: int, value: Four) -> None:
+    """Write the ``index``-th four."""
+    array.reshape(-1, 4)[index] = value
+
+
+def zero4() -> Four:
+    """Four zeros."""
+    return np.zeros(4, np.float32)
+
+
+def add4(a: Four, b: Four) -> Four:
+    """Sum."""
+    return a + b
+
+
+def scale4(a: Four, factor: Real) -> Four:
+    """Each times one number."""
+    return a * np.float32(factor)
+
+
+def lane4(a: Four, lane: int) -> Real:
+    """One of the four."""
+    return a[lane]
+
+
+def bits_of(value: Real) -> Real:
+    """A float32's bits as a uint32; of values >= 0 in the same order."""
+    return np.float32(value).view(np.uint32)
+
+
+def float_of(bits: Real) -> Real:
+    """The float32 that has these bits."""
+    return np.uint32(bits).view(np.float32)
+
+
+intrinsic: Any = numba_intrinsic  # a call of one gives no typing context: that is Numba's part
+
+
+class _FourType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="Four")
+
+
+_FOUR = _FourType()
+_VECTOR = ir.VectorType(ir.FloatType(), 4)
+_LANES = ir.VectorType(ir.IntType(32), 4)
+
+
+@register_model(_FourType)
+class _FourModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _VECTOR)
+
+
+def _compiled(function: Callable[..., Any], implementation: Callable[..., Any]) -> None:
+    overload(function, jit_options={"forceinline": True})(implementation)
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+    """Pointer to the four floats from ``array.flat[4 * index]`` on."""
+    start = context.make_array(kind)(context, builder, array).data
+    four = builder.gep(start, [builder.mul(index, ir.Constant(index.type, 4))])
+    return builder.bitcast(four, _VECTOR.as_pointer())
+
+
+def _refuse_other_than_contiguous(array: Any) -> None:
+    if not isinstance(array, types.Array) or array.dtype != types.float32 or array.layout != "C":
+        raise TypeError(f"Four needs C-contiguous float32 arrays, not {array}")
+
+
+@intrinsic
+def _load4(typing: Any, array: Any, index: Any) -> Any:
+    _refuse_other_than_contiguous(array)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = context.cast(builder, args[1], index, types.int64)
+        value = builder.load(_address(context, builder, array, args[0], place))
+        value.align = 4
+        return value
+
+    return _FOUR(array, index), generate
+
+
+@intrinsic
+def _store4(typing: Any, array: Any, index: Any, value: Any) -> Any:
+    _refuse_other_than_contiguous(array)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = context.cast(builder, args[1], index, types.int64)
+        done = builder.store(args[2], _address(context, builder, array, args[0], place))
+        done.align = 4
+        return context.get_dummy_value()
+
+    return types.void(array, index, value), generate
+
+
+@intrinsic
+def _zero4(typing: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return cgutils.get_null_value(_VECTOR)
+
+    return _FOUR(), generate
+
+
+@intrinsic
+def _add4(typing: Any, a: Any, b: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.fadd(*args)
+
+    return _FOUR(a, b), generate
+
+
+@intrinsic
+def _scale4(typing: Any, a: Any, factor: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        scalar = context.cast(builder, args[1], factor, types.float32)
+        nothing = ir.Constant(_VECTOR, ir.Undefined)
+        first = builder.insert_element(nothing, scalar, ir.IntType(32)(0))
+        every = builder.shuffle_vector(first, nothing, ir.Constant(_LANES, None))
+        return builder.fmul(args[0], every)
+
+    return _FOUR(a, factor), generate
+
+
+@intrinsic
+def _lane4(typing: Any, a: Any, lane: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.extract_element(args[0], context.cast(builder, args[1], lane, types.int32))
+
+    return types.float32(a, lane), generate
+
+
+@intrinsic
+def _bits_of(typing: Any, value: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.IntType(32))
+
+    return types.uint32(types.float32), generate
+
+
+@intrinsic
+def _float_of(typing: Any, bits: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.FloatType())
+
+    return types.float32(types.uint32), generate
+
+
+# Numba compiles what each of these returns: it must be a function with the names of the original.
+# ruff: noqa: PLW0108
+_compiled(load4, lambda array, index: lambda array, index: _load4(array, index))
+_compiled(
+    store4, lambda array, index, value: lambda array, index, value: _store4(array, index, value)
+)
+_compiled(zero4, lambda: lambda: _zero4())
+_compiled(add4, lambda a, b: lambda a, b: _add4(a, b))
+_compiled(scale4, lambda a, factor: lambda a, factor: _scale4(a, factor))
+_compiled(lane4, lambda a, lane: lambda a, lane: _lane4(a, lane))
+_compiled(bits_of, lambda value: lambda value: _bits_of(value))
+_compiled(float_of, lambda bits: lambda bits: _float_of(bits))

@@ -310,7 +310,7 @@ def claim(cell: Real, own: Real, by_order: bool, keep: Real, out_word: U8) -> bo
     """Whether a sub-sample becomes what its cell sees; leaves its word there if so.
 
     Of several on one surface a cell keeps the one nearest its middle: the first or the last would
-    lie toward one side of every cell, and the whole picture with them. Arithmetic instead of
+    lie toward one side of every cell, and the whole picture with them. Selects instead of
     branches on purpose: which of them wins is noise to a branch predictor.
 
     Args:
@@ -326,7 +326,7 @@ def claim(cell: Real, own: Real, by_order: bool, keep: Real, out_word: U8) -> bo
     low, high = (held, warped) if nearer else (warped, held)
     same = low >= high * keep
     wins = (same & (np.uint32(own) >> FAR < np.uint32(old) >> FAR)) | (~same & (nearer | by_order))
-    out_word[cell] = old ^ ((old ^ own) & (np.uint64(0) - np.uint64(wins)))
+    out_word[cell] = own if wins else old
     return wins
 
 

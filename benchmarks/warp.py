@@ -1,15 +1,22 @@
-"""Warping one reference view, and two, to one desired view of the benchmark's room (asv)."""
+"""Warping to one desired view (asv): how long it takes, and how good the picture is.
+
+Times are of the benchmark's room of boxes; pictures are judged at the built-in house's stations.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, ClassVar
 
+from belvedere.studio._bench_quality import Quality, mean_quality, quality
 from belvedere.studio._bench_scene import make_room
-from belvedere.studio.bench import warp_choices
-from belvedere.warp import PreparedView, prepare, warp
+from belvedere.studio._bench_speed import warp_choices
+from belvedere.studio._bench_stations import make_stations
+from belvedere.warp import RECONSTRUCTIONS, PreparedView, prepare, warp
 
 SIZES = [256, 512, 1024]
 THREADS = [1, 2]
+PICTURE_SIZE = 256
 NAMES = ["point", "splat3", "splat-jacobian", "mesh", "offset", "offset-full"]
 
 
@@ -67,3 +74,46 @@ class Prepare:
         prepared.surface()
         prepared.links()
         prepared.linear()
+
+
+class Picture:
+    """The numbers of `belvedere bench warp`, which tells what they mean, for a history of them."""
+
+    params: ClassVar = [["default", *RECONSTRUCTIONS], [1, 2, 5], ["stations", "held out"]]
+    param_names: ClassVar = ["reconstruction", "references", "scene"]
+    timeout = 300
+
+    def setup_cache(self) -> str:
+        """Photograph both scenes once for all benchmarks; asv runs this in a folder of its own."""
+        folder = Path.cwd()
+        for held_out in (False, True):
+            make_stations(PICTURE_SIZE, held_out, folder)
+        return str(folder)
+
+    def setup(self, folder: str, name: str, count: int, scene: str) -> None:
+        choices: dict[str, Any] = {} if name == "default" else {"reconstruction": name}
+        each: list[Quality] = []
+        for station in make_stations(PICTURE_SIZE, scene == "held out", Path(folder)):
+            frame = warp(station.views(count), station.camera, **choices)
+            each.append(quality(frame.color, frame.disparity, frame.coverage, station, count))
+        self.judged = mean_quality(each)
+
+    def track_psnr(self, *_: object) -> float:
+        return self.judged.psnr
+
+    def track_ssim(self, *_: object) -> float:
+        return self.judged.ssim
+
+    def track_cracks(self, *_: object) -> float:
+        return self.judged.cracks
+
+    def track_ghosts(self, *_: object) -> float:
+        return self.judged.ghosts
+
+    def track_wrong_depth(self, *_: object) -> float:
+        return self.judged.wrong_depth
+
+
+Picture.track_psnr.unit = "dB"  # type: ignore[attr-defined]
+for track in (Picture.track_cracks, Picture.track_ghosts, Picture.track_wrong_depth):
+    track.unit = "%"  # type: ignore[attr-defined]

@@ -12,12 +12,12 @@ import pytest
 
 from belvedere.ground.errors import BelvedereError, InputError, MissingDependencyError
 from belvedere.scene import Camera, ReferenceView
-from belvedere.studio import _bench_startup
-from belvedere.studio import bench as bench_module
+from belvedere.studio import _bench_speed, _bench_startup
 from belvedere.studio._bench_peers import PEERS, Peer, Picture, agreement
 from belvedere.studio._bench_scene import BenchScene, make_room
+from belvedere.studio._bench_speed import warp_choices
 from belvedere.studio._bench_timing import Contestant, time_interleaved
-from belvedere.studio.bench import BenchResult, bench, warp_choices
+from belvedere.studio.bench import BenchResult, BenchRow, bench
 from belvedere.studio.progress import silent
 from belvedere.warp import warp
 
@@ -31,7 +31,7 @@ def room() -> BenchScene:
 
 @pytest.fixture(scope="module")
 def result() -> BenchResult:
-    return bench("warp", size=SIZE, repeats=2, peers=True)
+    return bench("speed", size=SIZE, repeats=2, peers=True)
 
 
 def plane_and_camera() -> tuple[ReferenceView, Camera]:
@@ -99,7 +99,7 @@ def test_the_json_names_the_machine_and_has_no_nan(result: BenchResult) -> None:
     text = json.dumps(result.as_dict(), allow_nan=False)
     held = json.loads(text)
     assert held["schema"] == "belvedere.bench"
-    assert held["version"] == 1
+    assert held["version"] == 2
     assert held["machine"]["threads"] >= 1
     assert set(held) == {
         "schema", "version", "suite", "baseline", "repeats", "machine", "load_before",
@@ -128,7 +128,7 @@ def test_the_table_holds_every_row(result: BenchResult) -> None:
 
 
 def test_with_one_thread_nothing_runs_on_two() -> None:
-    alone = bench("warp", size=16, repeats=1, threads=1, peers=False)
+    alone = bench("speed", size=16, repeats=1, threads=1, peers=False)
     assert {row.threads for row in alone.rows} == {1}
     assert not any(row.name == "numpy" for row in alone.rows)
 
@@ -167,8 +167,8 @@ def test_a_missing_library_is_a_row_that_says_what_to_install(
 
     monkeypatch.setitem(sys.modules, "open3d", None)
     peer = next(one for one in PEERS if one.name == "open3d")
-    row = bench_module._peer_contestant(peer, room, 1)
-    assert isinstance(row, bench_module.BenchRow)
+    row = _bench_speed._peer_contestant(peer, room, 1)
+    assert isinstance(row, BenchRow)
     assert row.note == "Open3D is not installed: pip install 'belvedere[peers]'"
     assert row.ms_median is None
 
@@ -186,7 +186,7 @@ def test_contestants_take_turns() -> None:
 
 def test_progress_is_told_to_the_end() -> None:
     told: list[tuple[int, int, str]] = []
-    bench("warp", size=8, repeats=1, threads=1, peers=False, progress=lambda *a: told.append(a))
+    bench("speed", size=8, repeats=1, threads=1, peers=False, progress=lambda *a: told.append(a))
     assert told[-1][:2] == (1, 1)
     assert all(0 <= done <= total for done, total, _ in told)
 

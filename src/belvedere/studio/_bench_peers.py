@@ -146,39 +146,44 @@ def make_numpy_splat(view: ReferenceView, camera: Camera, threads: int) -> Calla
     in float64, colour and depth accumulated with `np.add.at`, divided by the weights.
     """
     del threads
-    reference = _planar(view)
+    reference, depth = _planar(view), _depth(view).astype(np.float64).ravel()
+    colors = view.color.reshape(-1, view.color.shape[2]).astype(np.float64)
+    return lambda: splat_numpy(reference, depth, colors, camera)
+
+
+def splat_numpy(
+    reference: Camera,
+    depth: npt.NDArray[np.float64],
+    colors: npt.NDArray[np.float64],
+    camera: Camera,
+) -> Picture:
+    """(n,) depths and (n, 3) colours of a reference's pixels, splatted into the desired camera."""
     height, width = camera.size
     move = np.linalg.inv(camera.camera_to_world) @ reference.camera_to_world
     k_inverse, k = np.linalg.inv(reference.intrinsics), camera.intrinsics
-    depth = _depth(view).astype(np.float64).ravel()
-    colors = view.color.reshape(-1, view.color.shape[2]).astype(np.float64)
-    u, v = np.meshgrid(np.arange(view.camera.width), np.arange(view.camera.height))
-
-    def run() -> Picture:
-        pixels = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
-        points = (pixels @ k_inverse.T) * depth[:, None] @ move[:3, :3].T + move[:3, 3]
-        z = points[:, 2]
-        image = points @ k.T
-        keep = (depth > 0) & (z > 0)
-        x, y = image[keep, 0] / image[keep, 2], image[keep, 1] / image[keep, 2]
-        nearness = np.log1p(z[keep])
-        importance = np.exp(-50.0 * nearness / nearness.max())
-        values = np.concatenate([colors[keep], z[keep, None], np.ones((len(x), 1))], axis=1)
-        total = np.zeros((height + 2, width + 2, values.shape[1]))
-        x0, y0 = np.floor(x), np.floor(y)
-        for dy in range(2):
-            for dx in range(2):
-                row = np.clip(y0 + dy + 1, 0, height + 1).astype(np.intp)
-                column = np.clip(x0 + dx + 1, 0, width + 1).astype(np.intp)
-                weight = (1.0 - abs(x - x0 - dx)) * (1.0 - abs(y - y0 - dy)) * importance
-                np.add.at(total, (row, column), values * weight[:, None])
-        total = total[1:-1, 1:-1]
-        with np.errstate(invalid="ignore"):
-            mean = total[..., :-1] / total[..., -1:]
-        mean = np.nan_to_num(mean)
-        return Picture(np.rint(mean[..., :3]).astype(np.uint8), mean[..., 3].astype(np.float32))
-
-    return run
+    u, v = np.meshgrid(np.arange(reference.width), np.arange(reference.height))
+    pixels = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    points = (pixels @ k_inverse.T) * depth[:, None] @ move[:3, :3].T + move[:3, 3]
+    z = points[:, 2]
+    image = points @ k.T
+    keep = (depth > 0) & (z > 0)
+    x, y = image[keep, 0] / image[keep, 2], image[keep, 1] / image[keep, 2]
+    nearness = np.log1p(z[keep])
+    importance = np.exp(-50.0 * nearness / nearness.max())
+    values = np.concatenate([colors[keep], z[keep, None], np.ones((len(x), 1))], axis=1)
+    total = np.zeros((height + 2, width + 2, values.shape[1]))
+    x0, y0 = np.floor(x), np.floor(y)
+    for dy in range(2):
+        for dx in range(2):
+            row = np.clip(y0 + dy + 1, 0, height + 1).astype(np.intp)
+            column = np.clip(x0 + dx + 1, 0, width + 1).astype(np.intp)
+            weight = (1.0 - abs(x - x0 - dx)) * (1.0 - abs(y - y0 - dy)) * importance
+            np.add.at(total, (row, column), values * weight[:, None])
+    total = total[1:-1, 1:-1]
+    with np.errstate(invalid="ignore"):
+        mean = total[..., :-1] / total[..., -1:]
+    mean = np.nan_to_num(mean)
+    return Picture(np.rint(mean[..., :3]).astype(np.uint8), mean[..., 3].astype(np.float32))
 
 
 def _numpy_picture(color: npt.NDArray[Any], front: F4, camera: Camera) -> Picture:
@@ -225,7 +230,7 @@ def _depth(view: ReferenceView) -> F4:
 # ---- OpenCV ----------------------------------------------------------------------------------
 
 
-def _opencv(*names: str) -> tuple[Any, list[Any]]:
+def opencv_functions(*names: str) -> tuple[Any, list[Any]]:
     """OpenCV and functions of its depth module, which moved to the top level in version 5."""
     try:
         import cv2
@@ -238,9 +243,8 @@ def _opencv(*names: str) -> tuple[Any, list[Any]]:
     return cv2, found
 
 
-def _opencv_cameras(view: ReferenceView, camera: Camera) -> tuple[Any, Any, Any]:
+def _opencv_cameras(reference: Camera, camera: Camera) -> tuple[Any, Any, Any]:
     """K of both, and the motion desired_from_reference; zeros exact, as OpenCV asks."""
-    reference = _planar(view)
     motion = np.linalg.inv(camera.camera_to_world) @ reference.camera_to_world
     return np.round(reference.intrinsics, 9), np.round(camera.intrinsics, 9), motion
 
@@ -249,33 +253,47 @@ def make_opencv_register(
     view: ReferenceView, camera: Camera, threads: int
 ) -> Callable[[], Picture]:
     """`registerDepth` moves the depth, then each pixel's colour is looked up with `remap`."""
-    cv2, (register,) = _opencv("registerDepth")
-    here, there, motion = _opencv_cameras(view, camera)
-    depth, size, straight = _depth(view), (camera.width, camera.height), np.zeros(4)
+    cv2, (register,) = opencv_functions("registerDepth")
+    reference, depth = _planar(view), _depth(view)
+
+    def run() -> Picture:
+        cv2.setNumThreads(threads)
+        return register_and_look_up(cv2, register, reference, view.color, depth, camera)
+
+    return run
+
+
+def register_and_look_up(
+    cv2: Any,
+    register: Any,
+    reference: Camera,
+    color: npt.NDArray[Any],
+    depth: F4,
+    camera: Camera,
+    dilate: bool = False,
+) -> Picture:
+    """Depth moved forwards by OpenCV, then every pixel's colour fetched from where it came."""
+    here, there, motion = _opencv_cameras(reference, camera)
+    size, straight = (camera.width, camera.height), np.zeros(4)
+    moved = register(here, there, straight, motion, depth, size, depthDilation=dilate)
     back = np.linalg.inv(motion)
     turn = (here @ back[:3, :3] @ np.linalg.inv(there)).astype(np.float32)
     shift = (here @ back[:3, 3]).astype(np.float32)
     u = np.arange(camera.width, dtype=np.float32)
     v = np.arange(camera.height, dtype=np.float32)[:, None]
-
-    def run() -> Picture:
-        cv2.setNumThreads(threads)
-        moved = register(here, there, straight, motion, depth, size)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            r, s, t = (turn[n, 0] * u + (turn[n, 1] * v + turn[n, 2]) for n in range(3))
-            scale = np.float32(1.0) / (t * moved + shift[2])
-            x, y = (r * moved + shift[0]) * scale, (s * moved + shift[1]) * scale
-        color = cv2.remap(view.color, x, y, cv2.INTER_LINEAR)
-        color[~(moved > 0)] = 0
-        return Picture(color, moved)
-
-    return run
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r, s, t = (turn[n, 0] * u + (turn[n, 1] * v + turn[n, 2]) for n in range(3))
+        scale = np.float32(1.0) / (t * moved + shift[2])
+        x, y = (r * moved + shift[0]) * scale, (s * moved + shift[1]) * scale
+    looked_up = cv2.remap(color, x, y, cv2.INTER_LINEAR)
+    looked_up[~(moved > 0)] = 0
+    return Picture(looked_up, moved)
 
 
 def make_opencv_frame(view: ReferenceView, camera: Camera, threads: int) -> Callable[[], Picture]:
     """`warpFrame`, which lands samples in the pixel to the upper left of where they fall."""
-    cv2, (warp_frame,) = _opencv("warpFrame")
-    here, _, motion = _opencv_cameras(view, camera)
+    cv2, (warp_frame,) = opencv_functions("warpFrame")
+    here, _, motion = _opencv_cameras(_planar(view), camera)
     depth, mask = _depth(view), np.full(view.disparity.shape, 255, np.uint8)
 
     def run() -> Picture:

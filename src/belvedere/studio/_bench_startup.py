@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from belvedere.ground.errors import BelvedereError
-from belvedere.studio.bench import BenchRow
+from belvedere.studio._bench_rows import BenchRow
 from belvedere.studio.progress import Progress
 
 BASELINE = "python"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from belvedere.studio.bench import BenchResult
+from belvedere.studio._bench_rows import BenchResult
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,6 +20,25 @@ COLUMNS = (
 """Heading, field and format of the numbers that fit 80 columns; the JSON has the others. Columns
 without any number are left out."""
 
+WARP_COLUMNS = (
+    ("n", "references", "d"),
+    ("ms", "ms_median", ".1f"),
+    ("ratio", "ratio", ".2f"),
+    ("prep", "prepare_ms", ".0f"),
+    ("PSNR", "psnr", ".2f"),
+    ("SSIM", "ssim", ".4f"),
+    ("crack", "cracks", ".2f"),
+    ("ghost", "ghosts", ".2f"),
+    ("depth", "wrong_depth", ".2f"),
+    ("MB", "megabytes", ".0f"),
+)
+"""The same for suite "warp"."""
+WARP_LEGEND = (
+    "t: threads; n: references; ms: median; prep: ms to prepare one; PSNR (dB) and SSIM of what "
+    "a reference truly saw; crack: % of that left open; ghost: % painted that none saw; depth: % "
+    "painted at another depth; MB: working memory. Means over the stations."
+)
+
 
 def bench_table(result: BenchResult) -> Table:
     """The rows of a run, with their notes and the machine's load below."""
@@ -31,22 +50,24 @@ def bench_table(result: BenchResult) -> Table:
     loads = [f"{load:.2f}" for load in result.load if load is not None]
     if loads:
         notes.append(f"load of the machine: {', then '.join(loads)}")
+    if result.suite == "warp":
+        notes.insert(0, WARP_LEGEND)
     table = Table(
         title=Text(f"{result.suite}: ratios to {result.baseline!r}", "table.title"),
         caption=Text("\n".join(notes), "table.caption"),  # plain: "belvedere[peers]" is no markup
         caption_justify="left",
         box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+        padding=(0, 0 if result.suite == "warp" else 1, 0, 0),
     )
     columns = [
         (head, field, form)
-        for head, field, form in COLUMNS
+        for head, field, form in (WARP_COLUMNS if result.suite == "warp" else COLUMNS)
         if any(getattr(row, field) is not None for row in result.rows)
     ]
     threaded = any(row.threads is not None for row in result.rows)
     table.add_column("contestant", no_wrap=True)
     if threaded:
-        table.add_column("thr", justify="right", no_wrap=True)
+        table.add_column("t" if result.suite == "warp" else "thr", justify="right", no_wrap=True)
     for head, _, _ in columns:
         table.add_column(head, justify="right", no_wrap=True)
     for row in result.rows:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
-from numba import config
 
 from belvedere.ground import simd
 from belvedere.ground.jit import kernel
@@ -50,7 +51,9 @@ def test_bits_of_floats_keep_their_order_and_come_back() -> None:
     assert simd.float_of(int(bits[3])) == 1.0
 
 
-@pytest.mark.skipif(config.DISABLE_JIT, reason="plain Python checks no layouts")
+@pytest.mark.skipif(
+    bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="plain Python checks no layouts"
+)
 def test_only_contiguous_arrays_of_float32_hold_fours() -> None:
     @kernel
     def first(values: np.ndarray) -> float:

@@ -48,8 +48,8 @@ def test_6_1_the_detector_finds_the_edges_between_blocks_and_no_others() -> None
 
 
 CHOICES: dict[str, dict[str, Any]] = {
-    "offset": {},
-    "no offsets": {"offset": OffsetOptions(offset_bits=0)},
+    "offset": {"reconstruction": "offset"},
+    "no offsets": {"reconstruction": "offset", "offset": OffsetOptions(offset_bits=0)},
     "splat 3x3": {"reconstruction": "splat", "splat": SplatOptions(size=3)},
     "mesh": {"reconstruction": "mesh"},
 }
@@ -131,5 +131,5 @@ def test_6_6_nine_references_leave_under_one_per_cent_of_holes_within_twenty_deg
     angles = np.linspace(-1.2, 1.2, 9)  # 17 degrees apart
     views = [prepare(city.photograph(above_the_city(a, 120, 90), rays=1)) for a in angles]
     for angle in np.linspace(-1.1, 1.1, 12):
-        frame = warp(views, above_the_city(angle, 120, 90))
+        frame = warp(views, above_the_city(angle, 120, 90), reconstruction="offset")
         assert frame.hole_fraction < 0.01

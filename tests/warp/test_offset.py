@@ -76,6 +76,7 @@ def test_a_plane_comes_out_as_the_slow_twin_makes_it(seed: int) -> None:
         ReferenceView(reference, color, delta.astype(np.float32)),
         desired,
         visibility="zbuffer",
+        reconstruction="offset",
         offset=OffsetOptions(density=2, offset_bits=4, filter=reading, radius=radius),
     )
     assert (coverage > 0).sum() > 20
@@ -120,7 +121,12 @@ def test_adaptive_density_leaves_no_cell_empty_at_any_turn(growth: float, visibi
         rotation = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
         place = rng.uniform(-0.02, 0.02, 3) + np.array([0, 4 - 4 / growth, 0])
         desired = Camera(rotation @ reference.matrix, place, 64, 48)
-        frame = warp(view_of(reference, np.full((48, 64), 0.25)), desired, visibility=visibility)
+        frame = warp(
+            view_of(reference, np.full((48, 64), 0.25)),
+            desired,
+            reconstruction="offset",
+            visibility=visibility,
+        )
         assert covered_where_known(frame, reference, (0, 1, 0), 4.0) > 300
 
 
@@ -135,7 +141,10 @@ def test_adaptive_density_leaves_no_cell_empty_on_slanted_planes() -> None:
             continue
         desired = random_camera(rng, 64, 48, reach=0.7, turn=0.7)
         total += covered_where_known(
-            warp(view_of(reference, delta), desired), reference, normal, 4.0
+            warp(view_of(reference, delta), desired, reconstruction="offset"),
+            reference,
+            normal,
+            4.0,
         )
     assert total > 10_000
 
@@ -146,9 +155,14 @@ def test_the_papers_density_of_four_suffices_up_to_a_growth_of_two(growth: float
     view = view_of(reference, np.full((48, 64), 0.25))
     four = OffsetOptions(density=4)
     desired = straight_camera(64, 48, (0.0131, 4 - 4 / growth, 0.0171))
-    assert covered_where_known(warp(view, desired, offset=four), reference, (0, 1, 0), 4) > 1000
+    assert (
+        covered_where_known(
+            warp(view, desired, reconstruction="offset", offset=four), reference, (0, 1, 0), 4
+        )
+        > 1000
+    )
     too_near = straight_camera(64, 48, (0.0131, 4 - 4 / 3.1, 0.0171))
-    assert (warp(view, too_near, offset=four).coverage < 1).any()
+    assert (warp(view, too_near, reconstruction="offset", offset=four).coverage < 1).any()
 
 
 def dot_shift(shift: float, bits: int) -> float:
@@ -158,7 +172,9 @@ def dot_shift(shift: float, bits: int) -> float:
     color[12, 12] = 1.0
     view = ReferenceView(camera, color, np.full((25, 25), 0.5, np.float32))
     moved = camera.moved((-shift / 25 / 0.5, 0, 0))
-    frame = warp(view, moved, offset=OffsetOptions(density=4, offset_bits=bits))
+    frame = warp(
+        view, moved, reconstruction="offset", offset=OffsetOptions(density=4, offset_bits=bits)
+    )
     return centroid(frame.color[..., 0].astype(float))[0] - 12.0
 
 
@@ -189,7 +205,12 @@ def test_offsets_make_a_fine_texture_more_true() -> None:
         x, y, _ = warp_points(warp_matrix(desired, reference), u, v, delta)
         known = (x > 2) & (x < 77) & (y > 2) & (y < 57)
         for bits in errors:
-            frame = warp(view, desired, offset=OffsetOptions(density=4, offset_bits=bits))
+            frame = warp(
+                view,
+                desired,
+                reconstruction="offset",
+                offset=OffsetOptions(density=4, offset_bits=bits),
+            )
             errors[bits] += float(((frame.color - wave(x, y))[known] ** 2).mean())
     assert errors[2] < 0.97 * errors[0]
     assert errors[4] < 1.02 * errors[2]
@@ -202,7 +223,7 @@ def test_disparity_between_samples_is_that_of_the_plane_through_them() -> None:
     assert np.abs(np.diff(delta, n=2, axis=0)).max() < 1e-12
     assert np.abs(np.diff(delta, n=2, axis=1)).max() < 1e-12
     desired = straight_camera(64, 48, (0.1, 1.2, -0.1))
-    frame = warp(view_of(reference, delta), desired)
+    frame = warp(view_of(reference, delta), desired, reconstruction="offset")
     truth = plane_disparity(desired, normal, offset)
     whole = frame.coverage == 1
     whole[:2], whole[-2:], whole[:, :2], whole[:, -2:] = False, False, False, False
@@ -219,7 +240,12 @@ def test_no_wall_shows_through_a_board_and_no_board_is_printed_on_the_wall(visib
     color = np.where(disparity[..., None] > 0.4, [250, 0, 0], [0, 0, 250]).astype(np.uint8)
     for step in ((0.2, 0, 0), (-0.2, 0.8, 0.1)):
         desired = camera.moved(step)
-        frame = warp(ReferenceView(camera, color, disparity), desired, visibility=visibility)
+        frame = warp(
+            ReferenceView(camera, color, disparity),
+            desired,
+            reconstruction="offset",
+            visibility=visibility,
+        )
         corners = camera.unproject(np.array([19.5, 43.5]), np.array([13.5, 33.5]), 0.5)
         (left, right), (top, bottom), _ = desired.project(corners)
         u, v = np.broadcast_arrays(*desired.pixel_grid())

@@ -107,10 +107,10 @@ def test_offset_covers_wholly_what_has_samples_and_nothing_else() -> None:
     disparity[5, 5] = np.nan
     camera = straight_camera(97, 61)
     part = camera.cropped(0, 0, 96, 61)  # the same pixels, but not the same picture
-    frame = warp(prepare(view_of(camera, disparity), bridge=0), part)
+    frame = warp(prepare(view_of(camera, disparity), bridge=0), part, reconstruction="offset")
     known = ~np.isnan(disparity[:, :96])
     np.testing.assert_array_equal(frame.coverage, known.astype(np.float32))
-    bridged = warp(view_of(camera, disparity), part)
+    bridged = warp(view_of(camera, disparity), part, reconstruction="offset")
     assert bridged.coverage[5, 5] == 1
     assert np.all(bridged.coverage[22:28, 42:53] == 0)
 

@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from itertools import pairwise
 from typing import TypeVar
 
 from belvedere.ground.checks import check_integer
@@ -73,3 +74,9 @@ def run_parallel(
     if error is not None:
         raise error
     return [results[index] for index in range(len(items))]
+
+
+def row_bands(height: int, count: int) -> list[tuple[int, int]]:
+    """``[0, height)`` cut into at most ``count`` runs of nearly equal length."""
+    count = min(count, height)
+    return list(pairwise(height * n // count for n in range(count + 1)))

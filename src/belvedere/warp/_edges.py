@@ -21,6 +21,8 @@ INTACT = 8
 """Bit: the cell between the sample and the one below to the right is one piece of surface."""
 SMOOTH = 16
 """Bit: so are the eight cells round that one: sixteen samples may be mixed."""
+RIM = 32
+"""Bit: the cell is intact and on the near side of an edge, within two samples of it."""
 
 
 @inner
@@ -210,6 +212,43 @@ def mark_smooth(row_low: int, row_high: int, out: U1) -> None:
             beside = out[v, u - 1] & out[v, u] & out[v, u + 1]
             below = out[v + 1, u - 1] & out[v + 1, u] & out[v + 1, u + 1]
             out[v, u] |= (above & beside & below & INTACT) << 1
+
+
+@kernel
+def mark_rims(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: U1) -> None:
+    """RIM bits of rows [row_low, row_high), after SMOOTH is known everywhere.
+
+    A rim is the near side of an edge. Its cells reach two samples inward: further in, no pixel of a
+    view of like scale meets the silhouette.
+    """
+    height, width = disparity.shape
+    keep = np.float32(1.0) - np.float32(tolerance)
+    for v in range(max(row_low - 2, 0), min(row_high + 3, height)):
+        for u in range(width):
+            if out[v, u] & SMOOTH:
+                continue
+            own = disparity[v, u]
+            near = (
+                beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
+                or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
+            )  # fmt: skip
+            if not near:
+                continue
+            for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
+                for i in range(max(u - 2, 0), min(u + 2, width - 1)):
+                    if out[j, i] & INTACT and disparity[j, i] >= own * keep:
+                        out[j, i] |= np.uint8(RIM)
+
+
+@inner
+def beyond(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> bool:
+    """Whether the neighbour of (v, u) in a direction lies behind an edge, or is missing."""
+    v2, u2 = v + dv, u + du
+    if v2 < 0 or u2 < 0 or v2 >= disparity.shape[0] or u2 >= disparity.shape[1]:
+        return False
+    if joined(links, v, u, dv, du):
+        return False
+    return not disparity[v2, u2] >= disparity[v, u]
 
 
 @inner

@@ -65,7 +65,9 @@ def fill_from_coarser(
     coarse_color: F4, coarse_disparity: F4, tolerance: Real, row_low: int, row_high: int,
     out_color: F4, out_disparity: F4,
 ) -> None:  # fmt: skip
-    """Give each missing pixel the farthest of the four coarser pixels round it, interpolated.
+    """Give each missing pixel the farthest of the sixteen coarser pixels round it, interpolated.
+
+    Of the nearest four all may belong to the foreground beside the hole.
 
     Args:
         coarse_color: (h, w, 4), without holes.
@@ -82,12 +84,12 @@ def fill_from_coarser(
         for x in range(width):
             if not np.isnan(out_disparity[y, x]):
                 continue
-            v0, u0 = (y - 1) // 2, (x - 1) // 2  # upper left of the four; may lie outside
-            fv = np.float32(0.75 if y % 2 == 0 else 0.25)  # weight of the lower two
-            fu = np.float32(0.75 if x % 2 == 0 else 0.25)
+            v0, u0 = (y - 1) // 2 - 1, (x - 1) // 2 - 1  # upper left of them; may lie outside
+            fv = np.float32(1.75 if y % 2 == 0 else 1.25)  # from the first row to the pixel
+            fu = np.float32(1.75 if x % 2 == 0 else 1.25)
             far = np.float32(np.inf)
-            for j in range(2):
-                for i in range(2):
+            for j in range(4):
+                for i in range(4):
                     v = min(max(v0 + j, 0), rows - 1)
                     u = min(max(u0 + i, 0), columns - 1)
                     far = min(far, coarse_disparity[v, u])
@@ -95,15 +97,15 @@ def fill_from_coarser(
             total, depth = ZERO, ZERO
             for k in range(4):
                 out_color[y, x, k] = ZERO
-            for j in range(2):
-                for i in range(2):
+            for j in range(4):
+                tall = max(np.float32(2.0) - abs(np.float32(j) - fv), ZERO)
+                for i in range(4):
                     v = min(max(v0 + j, 0), rows - 1)
                     u = min(max(u0 + i, 0), columns - 1)
                     if coarse_disparity[v, u] > limit:
                         continue
-                    weight = (fv if j == 1 else np.float32(1.0) - fv) * (
-                        fu if i == 1 else np.float32(1.0) - fu
-                    )
+                    weight = tall * max(np.float32(2.0) - abs(np.float32(i) - fu), ZERO)
+                    weight *= weight  # near ones count more: large holes stay smooth all the same
                     total += weight
                     depth += weight * coarse_disparity[v, u]
                     for k in range(4):

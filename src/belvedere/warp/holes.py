@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import InputError
-from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Frame
-from belvedere.warp.prepare import linear_rgba, row_bands
+from belvedere.warp.prepare import linear_rgba
 from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
 SOFTENINGS = 2

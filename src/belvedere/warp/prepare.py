@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,10 @@ import numpy.typing as npt
 from belvedere.ground.checks import check_integer, check_number
 from belvedere.ground.color import SRGB8_TO_LINEAR
 from belvedere.ground.errors import ViewError
-from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, ReferenceView
 from belvedere.warp.equation import planar
+from belvedere.warp.silhouettes import Silhouettes, find_silhouettes
 
 EDGE_TOLERANCE = 0.05
 """Relative jump in disparity between neighbouring samples that is still one surface. Sensor noise
@@ -52,6 +52,7 @@ class PreparedView:
         default=None, repr=False
     )
     _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
+    _silhouettes: Silhouettes | None = field(default=None, repr=False)
 
     @property
     def color(self) -> npt.NDArray[Any]:
@@ -105,6 +106,11 @@ class PreparedView:
             run_parallel(mark, bands, threads)
             run_parallel(lambda band: _edges.mark_intact(*band, out), bands, threads)
             run_parallel(lambda band: _edges.mark_smooth(*band, out), bands, threads)
+            run_parallel(
+                lambda band: _edges.mark_rims(disparity, self.edge_tolerance, *band, out),
+                bands,
+                threads,
+            )
             self._links = out
         return self._links
 
@@ -130,6 +136,14 @@ class PreparedView:
         if self._linear is None:
             self._linear = linear_rgba(self.color, threads)
         return self._linear
+
+    def silhouettes(self, threads: int | None = None) -> Silhouettes:
+        """Where surfaces end between samples, and colours that no longer mix two of them."""
+        if self._silhouettes is None:
+            self._silhouettes = find_silhouettes(
+                self.linear(threads), self.surface(threads), self.links(threads), threads
+            )
+        return self._silhouettes
 
 
 def prepare(
@@ -186,9 +200,3 @@ def linear_rgba(color: npt.NDArray[Any], threads: int | None = None) -> npt.NDAr
 
     run_parallel(decode, row_bands(color.shape[0], thread_count(threads)), threads)
     return out
-
-
-def row_bands(height: int, count: int) -> list[tuple[int, int]]:
-    """``[0, height)`` cut into at most ``count`` runs of nearly equal length."""
-    edges = np.linspace(0, height, min(count, height) + 1).astype(int)
-    return [(int(low), int(high)) for low, high in pairwise(edges)]

@@ -17,11 +17,13 @@ import numpy.typing as npt
 from belvedere.ground.checks import check_choice, check_integer, check_number
 from belvedere.ground.errors import InputError
 from belvedere.ground.scratch import scratch
+from belvedere.warp.prepare import PreparedView
+from belvedere.warp.silhouettes import Silhouettes
 
 F4 = npt.NDArray[np.float32]
 
-Reconstruction = Literal["point", "splat", "mesh", "offset"]
-RECONSTRUCTIONS: tuple[Reconstruction, ...] = ("point", "splat", "mesh", "offset")
+Reconstruction = Literal["point", "splat", "mesh", "offset", "inverse"]
+RECONSTRUCTIONS: tuple[Reconstruction, ...] = ("point", "splat", "mesh", "offset", "inverse")
 
 SURFACE_TOLERANCE = 0.03
 """Relative difference in disparity up to which samples that meet in a pixel are one surface. Above
@@ -90,8 +92,8 @@ class OffsetOptions:
 class WarpOptions:
     """How references become a picture; checked when made. Every field has a sane default."""
 
-    reconstruction: Reconstruction = "offset"
-    """"point", "splat", "mesh" or "offset"."""
+    reconstruction: Reconstruction = "inverse"
+    """"point", "splat", "mesh", "offset" or "inverse"."""
     visibility: Literal["order", "zbuffer"] = "order"
     """Within one reference: occlusion-compatible order, or comparing disparities."""
     composite: Literal["blend", "nearest"] = "blend"
@@ -133,9 +135,19 @@ class Passage:
     """(H, W, C) what the reconstructor reads: the view's own colour, or linear."""
     disparity: F4
     """(H, W) what it reads: the samples alone, or with small gaps bridged."""
-    links: npt.NDArray[np.uint8] | None
+    links: npt.NDArray[np.uint8]
+    """(H, W) bits of `_edges`; empty for a reconstructor that joins no samples."""
     height: int
     """Rows of the whole desired view."""
+    back: F4
+    """(12,) matrix from the desired view to the reference."""
+    prepared: PreparedView
+    """What the reference's view was prepared to."""
+
+    @property
+    def silhouettes(self) -> Silhouettes:
+        """Of the reference; once they were asked for, they are at hand."""
+        return self.prepared.silhouettes()
 
     @property
     def w(self) -> F4:
@@ -167,6 +179,8 @@ class Reconstructor:
     """Whether it mixes colours, and so reads and writes linear RGBA."""
     joins: bool = False
     """Whether it joins neighbouring samples, and so must know which share a surface."""
+    together: bool = False
+    """Whether it paints all references at once instead of a layer each; see `inverse`."""
 
     def pad(self, options: WarpOptions) -> int:
         """Pixels painted beyond where a sample lands."""
@@ -265,7 +279,7 @@ def _paint_mesh(
         passage.w,
         passage.color,
         passage.disparity,
-        passage.links,  # type: ignore[arg-type]
+        passage.links,
         passage.tiles,
         rows[0],
         rows[1],
@@ -292,7 +306,7 @@ def _paint_offset(
         passage.w,
         passage.color,
         passage.disparity,
-        passage.links,  # type: ignore[arg-type]
+        passage.links,
         passage.tiles,
         rows[0],
         rows[1],
@@ -345,4 +359,5 @@ RECONSTRUCTORS: dict[str, Reconstructor] = {
     "splat": Reconstructor(_paint_splats),
     "mesh": Reconstructor(_paint_mesh, averages=True, joins=True),
     "offset": Reconstructor(_paint_offset, averages=True, joins=True),
+    "inverse": Reconstructor(_paint_mesh, averages=True, joins=True, together=True),
 }

@@ -12,14 +12,15 @@ import numpy.typing as npt
 from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import InputError, ViewError
 from belvedere.ground.scratch import scratch
-from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import epipole, planar, warp_matrix
 from belvedere.warp.order import (
+    Sheet,
     occlusion_compatible_cell_sheets,
     occlusion_compatible_sheets,
 )
-from belvedere.warp.prepare import PreparedView, linear_rgba, prepare, row_bands
+from belvedere.warp.prepare import PreparedView, linear_rgba, prepare
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
 
 F4 = npt.NDArray[np.float32]
@@ -208,10 +209,16 @@ def _passage(
     if reconstructor.joins:
         low, high = prepared.surface_range(threads)
         cut = occlusion_compatible_cell_sheets
+    if reconstructor.together:
+        prepared.silhouettes(threads)  # now, and not in every band
     sheets = np.array(
         [
             (s.u_low, s.u_high, s.u_step, s.v_low, s.v_high, s.v_step)
-            for s in cut(epipole(prepared.camera, desired), width, height)
+            for s in (
+                (Sheet(0, width, 1, 0, height, 1),)  # it compares disparities
+                if reconstructor.together
+                else cut(epipole(prepared.camera, desired), width, height)
+            )
         ],
         np.int32,
     )
@@ -233,8 +240,10 @@ def _passage(
         options,
         prepared.linear(threads) if reconstructor.averages else prepared.color,
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
-        prepared.links(threads) if reconstructor.joins else None,
+        prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8),
         desired.height,
+        warp_matrix(desired, prepared.camera).astype(np.float32).ravel(),
+        prepared,
     )
 
 
@@ -258,6 +267,13 @@ def _paint_band(
         return
 
     size = out_disparity.shape
+    if reconstructor.together:
+        from belvedere.warp.inverse import paint_inverse
+
+        linear = scratch("joint color", (*size, 4), np.float32)
+        paint_inverse(passages, weights, rows, linear, out_disparity, out_coverage)
+        _finish(linear, out_color, out_disparity, out_coverage)
+        return
     colors = scratch("layer colors", (len(passages), *size, 4), np.float32)
     disparities = scratch("layer disparities", (len(passages), *size), np.float32)
     coverages = scratch("layer coverages", (len(passages), *size), np.float32)
@@ -280,6 +296,13 @@ def _paint_band(
             _compose.overlay(*layers, *joint)
         else:
             _compose.blend(*layers, weights, options.surface_tolerance, *joint)
+    _finish(linear, out_color, out_disparity, out_coverage)
+
+
+def _finish(linear: F4, out_color: npt.NDArray[Any], out_disparity: F4, out_coverage: F4) -> None:
+    """Linear RGBA to the frame's own colours, and holes as frames have them."""
+    from belvedere.warp import _compose
+
     if out_color.dtype == np.uint8:
         _compose.encode(linear, LINEAR_TO_SRGB8, out_color)
     else:

@@ -1,0 +1,163 @@
+"""Kernels that un-mix the samples at a silhouette: where its edge runs, and the pure colours.
+
+A sample's colour is a mean over its pixel, so at a silhouette it mixes both surfaces, in the
+proportion of their areas; its depth is one or the other. Between the last sample of one surface and
+the first of the other, the mixture tells how far the nearer one really reaches.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.jit import Real, inner, kernel
+from belvedere.warp._edges import DOWN, MIXED, RIGHT, joined
+
+F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
+U1 = npt.NDArray[np.uint8]
+
+ZERO = np.float32(0.0)
+HALF = np.float32(0.5)
+ONE = np.float32(1.0)
+STEPS = np.float32(254.0)
+"""Places of an edge between two samples; 127 is half way, and what is not known."""
+MIDDLE = 127
+NOISE = np.float32(1e-4)
+"""Squared difference of linear colours that is nothing: a hundredth of white."""
+
+
+@inner
+def apart(color: F4, v: int, u: int, v2: int, u2: int) -> Real:
+    """Squared distance of two samples' colours."""
+    total = ZERO
+    for k in range(3):
+        step = color[v, u, k] - color[v2, u2, k]
+        total += step * step
+    return total
+
+
+@inner
+def share(color: F4, v: int, u: int, vf: int, uf: int, vb: int, ub: int) -> Real:
+    """How much of colour (vf, uf) is in (v, u), the rest being (vb, ub); 0 to 1."""
+    along, length = ZERO, ZERO
+    for k in range(3):
+        axis = color[vf, uf, k] - color[vb, ub, k]
+        along += (color[v, u, k] - color[vb, ub, k]) * axis
+        length += axis * axis
+    return min(max(along / length, ZERO), ONE)
+
+
+@inner
+def edge_between(color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Real:
+    """How far the surface of (v, u) reaches toward its unlinked neighbour, 0 to 1; 1/2 if unknown.
+
+    The pure colours are those of the next samples on each side. Where they hardly differ, or differ
+    less than the surfaces' own textures do, the mixture tells nothing.
+    """
+    v2, u2 = v + dv, u + du
+    if not joined(links, v, u, -dv, -du) or not joined(links, v2, u2, dv, du):
+        return HALF  # a surface one sample wide: no pure colour
+    va, ua, vb, ub = v - dv, u - du, v2 + dv, u2 + du
+    contrast = apart(color, va, ua, vb, ub)
+    texture = NOISE
+    if joined(links, va, ua, -dv, -du):
+        texture += apart(color, va, ua, va - dv, ua - du)
+    if joined(links, vb, ub, dv, du):
+        texture += apart(color, vb, ub, vb + dv, ub + du)
+    if not contrast > texture:
+        return HALF
+    reach = share(color, v, u, va, ua, vb, ub) + share(color, v2, u2, va, ua, vb, ub) - HALF
+    trust = ONE - texture / contrast
+    return min(max(HALF + trust * (reach - HALF), ZERO), ONE)
+
+
+@kernel
+def find_edges(
+    color: F4, disparity: F4, links: U1, row_low: int, row_high: int, out_right: U1, out_down: U1
+) -> None:
+    """Where the edge runs between each sample and its right and lower neighbour, 0 to 254."""
+    height, width = disparity.shape
+    for v in range(row_low, row_high):
+        for u in range(width):
+            out_right[v, u] = MIDDLE
+            out_down[v, u] = MIDDLE
+            bits = links[v, u]
+            if (bits & RIGHT and bits & DOWN) or bits & MIXED or np.isnan(disparity[v, u]):
+                continue
+            if u + 1 < width and not bits & RIGHT and not np.isnan(disparity[v, u + 1]):
+                out_right[v, u] = np.uint8(
+                    edge_between(color, disparity, links, v, u, 0, 1) * STEPS + HALF
+                )
+            if v + 1 < height and not bits & DOWN and not np.isnan(disparity[v + 1, u]):
+                out_down[v, u] = np.uint8(
+                    edge_between(color, disparity, links, v, u, 1, 0) * STEPS + HALF
+                )
+
+
+@inner
+def reach_toward(right: U1, down: U1, v: int, u: int, dv: int, du: int) -> Real:
+    """How far the surface of (v, u) reaches toward a neighbour, one of dv and du being +-1."""
+    if du > 0:
+        return np.float32(right[v, u]) / STEPS
+    if dv > 0:
+        return np.float32(down[v, u]) / STEPS
+    if du < 0:
+        return ONE - np.float32(right[v, u - 1]) / STEPS if u > 0 else HALF
+    return ONE - np.float32(down[v - 1, u]) / STEPS if v > 0 else HALF
+
+
+@kernel
+def find_mixed(
+    color: F4, right: U1, down: U1, row_low: int, row_high: int, out_sample: I4, out_pure: F4
+) -> int:
+    """Samples that an edge runs through, and their colours without the other surface.
+
+    An edge less than half way to the neighbour lies inside the sample's own pixel.
+
+    Args:
+        color: (H, W, 4) linear.
+        right: (H, W) from `find_edges`.
+        down: (H, W).
+        row_low: first row to do.
+        row_high: row after the last.
+        out_sample: (n,) their numbers ``v * W + u``, with room for every sample of the rows.
+        out_pure: (n, 4).
+
+    Returns:
+        How many there are.
+    """
+    height, width = right.shape
+    found = 0
+    for v in range(row_low, row_high):
+        for u in range(width):
+            left = right[v, u - 1] if u > 0 else MIDDLE
+            up = down[v - 1, u] if v > 0 else MIDDLE
+            if right[v, u] == MIDDLE and down[v, u] == MIDDLE and left == MIDDLE and up == MIDDLE:
+                continue
+            worst, dv, du = HALF, 0, 0
+            for n in range(4):
+                jv, ju = (0, 1) if n == 0 else (0, -1) if n == 1 else (1, 0) if n == 2 else (-1, 0)
+                v2, u2 = v + 2 * jv, u + 2 * ju
+                if v2 < 0 or u2 < 0 or v2 >= height or u2 >= width:
+                    continue
+                reach = reach_toward(right, down, v, u, jv, ju)
+                if reach < worst:
+                    worst, dv, du = reach, jv, ju
+            if worst >= HALF:
+                continue
+            own = HALF + worst
+            for k in range(4):
+                other = color[v + 2 * dv, u + 2 * du, k]
+                out_pure[found, k] = max((color[v, u, k] - (ONE - own) * other) / own, ZERO)
+            out_sample[found] = v * width + u
+            found += 1
+    return found
+
+
+@kernel
+def put(sample: I4, pure: F4, count: int, out_color: F4) -> None:
+    """Write ``count`` colours (n, 4) into (H * W, 4)."""
+    for n in range(count):
+        for k in range(4):
+            out_color[sample[n], k] = pure[n, k]

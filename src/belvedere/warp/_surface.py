@@ -1,0 +1,420 @@
+"""Kernels that scan-convert a reference's surface: which disparity each desired pixel sees.
+
+Cells of four samples are two small triangles of disparity; cells with an edge through them are
+drawn in parts (`_parts`). Colours are looked up later, backwards through the disparity (`_lookup`).
+
+The lowest bit of a disparity says how sure it is: 1 where it was drawn from a part, between two
+surfaces, where the true edge may run on either side; 0 inside a surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.jit import Real, inner, kernel
+from belvedere.ground.simd import bits_of, float_of
+from belvedere.warp._edges import INTACT, RIM
+from belvedere.warp._tiles import TILE
+
+F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
+U1 = npt.NDArray[np.uint8]
+U2 = npt.NDArray[np.uint16]
+
+ZERO = np.float32(0.0)
+HALF = np.float32(0.5)
+ONE = np.float32(1.0)
+TWO = np.float32(2.0)
+NAN = np.float32(np.nan)
+SLACK = np.float32(-1e-4)
+"""Barycentric slack of the inside test: neighbouring triangles may both paint a shared edge, but
+never leave a pixel between them. A hundred float32 roundings."""
+REACH = np.float32(1e-3)
+"""Pixels by which a cell's bounds are widened, for the same reason."""
+LARGEST_CELL = np.float32(64.0)
+"""Pixels a single cell may grow to. More is not a reconstruction but a guess from one sample, and
+would let a sample near the eye paint the whole view."""
+HOLE = np.float32(-1.0)
+RUN = TILE
+"""Cells of a run, at most."""
+SURE, UNSURE = np.uint32(0), np.uint32(1)
+
+
+@inner
+def marked(delta: Real, mark: Real) -> Real:
+    """The disparity with its lowest bit set to ``mark``: `SURE` or `UNSURE`."""
+    return float_of(np.uint32((bits_of(delta) & ~UNSURE) | mark))
+
+
+@inner
+def is_unsure(delta: Real) -> bool:
+    """Whether a disparity was drawn at an edge."""
+    return np.uint32(bits_of(delta) & UNSURE) != 0
+
+
+@inner
+def up(x: Real) -> int:
+    """The whole number next above, of x >= 0; `np.ceil` of one number is a function call."""
+    whole = int(x)
+    return whole + 1 if np.float32(whole) < x else whole
+
+
+@inner
+def land_row(
+    w: F4, row: F4, v: int, u_low: int, count: int, ramp: F4, out_x: F4, out_y: F4, out_z: F4
+) -> None:
+    """Where samples of row v land, and their warped disparities; NaN behind the eye.
+
+    They are the first ``count`` of row, which begins in column u_low. ramp is 0, 1, 2, ...:
+    counting in whole numbers does not vectorise well.
+    """
+    v4, u4 = np.float32(v), np.float32(u_low)
+    r0, s0, t0 = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
+    for i in range(count):
+        u, delta = u4 + ramp[i], row[i]
+        t = w[8] * u + t0 + w[11] * delta
+        scale = ONE / t if t > ZERO else NAN
+        out_x[i] = (w[0] * u + r0 + w[3] * delta) * scale
+        out_y[i] = (w[4] * u + s0 + w[7] * delta) * scale
+        out_z[i] = delta * scale
+
+
+@inner
+def misses_rows(ya: F4, yb: F4, count: int, first: int, end: int) -> bool:
+    """Whether no cell of a run, nor a broken one continued by its own height, meets the rows."""
+    low, high, tall = np.float32(np.inf), np.float32(-np.inf), ZERO
+    for i in range(count):
+        low, high = min(low, ya[i], yb[i]), max(high, ya[i], yb[i])
+        tall = max(tall, abs(yb[i] - ya[i]))
+        if not abs(ya[i] + yb[i]) < np.float32(1e9):
+            return False  # behind the eye, or missing
+    for i in range(count - 1):
+        tall = max(tall, abs(ya[i + 1] - ya[i]))
+    margin = TWO + tall
+    return bool(high + margin < np.float32(first)) or bool(low - margin > np.float32(end))
+
+
+@inner
+def test_quads(
+    xa: F4, ya: F4, za: F4, xb: F4, yb: F4, zb: F4, xc: F4, yc: F4, zc: F4, xd: F4, yd: F4, zd: F4,
+    drawn: U1, mark: Real, width: int, last: int, row_low: int, first: int, end: int,
+    setup: F4, out_place: I4, out_z: F4, out_span: I4,
+) -> None:  # fmt: skip
+    """Which of the first 2 x 2 pixel centres in its bounds each of RUN quads covers.
+
+    A quad mostly holds one centre or none, so many are tested at once. Straight-line arithmetic on
+    purpose: it vectorises.
+
+    Args:
+        xa: (RUN,) where the upper left corners land.
+        ya: ...
+        za: their warped disparities.
+        xb: the upper right corners ...
+        yb: ...
+        zb: ...
+        xc: the lower left ...
+        yc: ...
+        zc: ...
+        xd: the lower right ...
+        yd: ...
+        zd: ...
+        drawn: (RUN,) 0 where there is nothing to draw.
+        mark: lowest bit of the disparities, see `sure`.
+        width: of the desired view.
+        last: index of the band's last pixel.
+        row_low: first row of the band.
+        first: first row to paint.
+        end: row after the last.
+        setup: (10, RUN) to work in; the first two are the upper left centre.
+        out_place: (4, RUN) flat index of the four centres; any other where the quad misses it.
+        out_z: (4, RUN) disparity there, -1 where the quad does not cover it or has more of them.
+        out_span: (RUN,) centres across and down, the larger; 0 for none; -1 for a quad that is not
+            drawn, behind the eye, or too large.
+    """
+    for i in range(RUN):
+        x00, x01, x10, x11 = xa[i], xb[i], xc[i], xd[i]
+        y00, y01, y10, y11 = ya[i], yb[i], yc[i], yd[i]
+        x_low, x_high = min(x00, x01, x10, x11), max(x00, x01, x10, x11)
+        y_low, y_high = min(y00, y01, y10, y11), max(y00, y01, y10, y11)
+        left, top = np.ceil(x_low - REACH), np.ceil(y_low - REACH)
+        across, down = np.floor(x_high + REACH) - left, np.floor(y_high + REACH) - top
+        total = x00 + x01 + x10 + x11
+        whole = total - total == ZERO  # no corner is behind the eye
+        outside = (left + across < ZERO) | (left > np.float32(width - 1))
+        outside |= (top + down < np.float32(first)) | (top > np.float32(end - 1))
+        span = max(across, down) + ONE
+        small = whole & (span <= LARGEST_CELL) & (drawn[i] != 0)
+        fits = small & (across >= ZERO) & (down >= ZERO) & (not outside)
+        out_span[i] = np.int32(span) if fits else (np.int32(0) if small else np.int32(-1))
+        few = fits & (span <= TWO)
+        setup[0, i] = left if fits else ZERO
+        setup[1, i] = top if fits else ZERO
+        bx, by, cx, cy = x01 - x00, y01 - y00, x10 - x00, y10 - y00
+        ex, ey, fx, fy = x10 - x11, y10 - y11, x01 - x11, y01 - y11
+        area, other = bx * cy - cx * by, ex * fy - fx * ey
+        # seen from behind or edge on: no barycentric coordinate of it is inside
+        scale = ONE / area if (area > ZERO) & few else NAN
+        scale2 = ONE / other if (other > ZERO) & few else NAN
+        setup[2, i], setup[3, i] = bx * scale, by * scale
+        setup[4, i], setup[5, i] = cx * scale, cy * scale
+        setup[6, i], setup[7, i] = ex * scale2, ey * scale2
+        setup[8, i], setup[9, i] = fx * scale2, fy * scale2
+    for n in range(4):
+        dx, dy = np.float32(n & 1), np.float32(n >> 1)
+        for i in range(RUN):
+            x, y = setup[0, i] + dx, setup[1, i] + dy
+            px, py, qx, qy = x - xa[i], y - ya[i], x - xd[i], y - yd[i]
+            wb, wc = px * setup[5, i] - setup[4, i] * py, setup[2, i] * py - px * setup[3, i]
+            wd, we = qx * setup[9, i] - setup[8, i] * qy, setup[6, i] * qy - qx * setup[7, i]
+            upper = za[i] + wb * (zb[i] - za[i]) + wc * (zc[i] - za[i])
+            lower = zd[i] + wd * (zc[i] - zd[i]) + we * (zb[i] - zd[i])
+            in_upper = (wb >= SLACK) & (wc >= SLACK) & (ONE - wb - wc >= SLACK)
+            in_lower = (wd >= SLACK) & (we >= SLACK) & (ONE - wd - we >= SLACK)
+            shown = (x >= ZERO) & (x <= np.float32(width - 1))
+            shown &= (y >= np.float32(first)) & (y <= np.float32(end - 1))
+            z = max(upper if in_upper else lower, ZERO)
+            hit = (in_upper | in_lower) & shown
+            out_z[n, i] = marked(z, mark) if hit else HOLE
+            place = np.int32((np.int32(y) - np.int32(row_low)) * np.int32(width) + np.int32(x))
+            out_place[n, i] = place if hit else np.int32(min(i, last))
+
+
+@inner
+def paint_quads(places: I4, zs: F4, flat: F4) -> None:
+    """The nearer of what is there and what `test_quads` found; -1 changes nothing."""
+    for n in range(4):
+        for i in range(RUN):
+            place = np.uint32(places[n, i])
+            flat[place] = max(flat[place], zs[n, i])
+
+
+@inner
+def draw_triangle(
+    xa: Real, ya: Real, za: Real, xb: Real, yb: Real, zb: Real, xc: Real, yc: Real, zc: Real,
+    left: int, right: int, top: int, bottom: int, row_low: int, mark: Real, out: F4,
+) -> None:  # fmt: skip
+    """Disparity at the pixel centres of a triangle that turns from a to b to c as the picture does.
+
+    Disparity is affine on the desired view too, so the triangle's plane is kept exactly.
+    """
+    bx, by, cx, cy = xb - xa, yb - ya, xc - xa, yc - ya
+    area = bx * cy - cx * by
+    if not area > ZERO:  # seen from behind, or edge on
+        return
+    scale = ONE / area
+    zb, zc = zb - za, zc - za
+    for y in range(top, bottom + 1):
+        py = np.float32(y) - ya
+        for x in range(left, right + 1):
+            px = np.float32(x) - xa
+            wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
+            if min(wb, wc, ONE - wb - wc) < SLACK:
+                continue
+            z = max(za + wb * zb + wc * zc, ZERO)
+            if z > out[y - row_low, x]:
+                out[y - row_low, x] = marked(z, mark)
+
+
+@inner
+def mask_quad(
+    xa: Real, ya: Real, za: Real, xb: Real, yb: Real, zb: Real, xc: Real, yc: Real, zc: Real,
+    xd: Real, yd: Real, width: int, row_low: int, first: int, end: int, keep: Real, mark: Real,
+    out_edge: F4, out_mask: U2,
+) -> None:  # fmt: skip
+    """Which of sixteen places in each pixel a cell covers, of the nearest surface there.
+
+    A surface that is clearly nearer than what the pixel holds starts its mask anew; one clearly
+    behind leaves no trace. Corners are a, b above and c, d below; disparity is that of the plane
+    through a, b and c, at the pixel's centre or the nearest corner. It is marked `UNSURE` as
+    soon as a part of a broken cell is among what the pixel holds: else no edge runs through it.
+    """
+    bx, by, cx, cy = xb - xa, yb - ya, xc - xa, yc - ya
+    area = bx * cy - cx * by
+    if not area > ZERO or not (xd - xc) * (yd - yb) - (xd - xb) * (yd - yc) > ZERO:
+        return
+    x_high, y_high = max(xa, xb, xc, xd) + HALF, max(ya, yb, yc, yd) + HALF
+    if x_high < ZERO or y_high < ZERO:
+        return
+    left = up(max(min(xa, xb, xc, xd) - HALF, ZERO))
+    right = int(min(x_high, np.float32(width - 1)))
+    top = up(max(min(ya, yb, yc, yd) - HALF, np.float32(first)))
+    bottom = int(min(y_high, np.float32(end - 1)))
+    scale = ONE / area
+    zb, zc = zb - za, zc - za
+    z_low, z_high = min(za, za + zb, za + zc, za + zb + zc), max(za, za + zb, za + zc, za + zb + zc)
+    # edges a to b, b to d, d to c, c to a: inside is to the right of each
+    dx, dy, ex, ey = xd - xb, yd - yb, xc - xd, yc - yd
+    slack = SLACK * area
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
+            px, py = np.float32(x) - xa, np.float32(y) - ya
+            qx, qy = np.float32(x) - xd, np.float32(y) - yd
+            bits = np.int32(0)
+            for s in range(16):
+                ox = (np.float32(s & 3) - np.float32(1.5)) * np.float32(0.25)
+                oy = (np.float32(s >> 2) - np.float32(1.5)) * np.float32(0.25)
+                inside = (
+                    (bx * (py + oy) - by * (px + ox) >= slack)
+                    & (dx * (qy + oy) - dy * (qx + ox) >= slack)
+                    & (ex * (qy + oy) - ey * (qx + ox) >= slack)
+                    & (cy * (px + ox) - cx * (py + oy) >= slack)
+                )
+                bits |= np.int32(inside) << np.int32(s)
+            if bits == 0:
+                continue
+            wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
+            z = max(min(max(za + wb * zb + wc * zc, z_low), z_high), ZERO)
+            row = y - row_low
+            held = out_edge[row, x]
+            if z * keep > held:
+                out_edge[row, x] = marked(z, mark)
+                out_mask[row, x] = bits
+            elif z >= held * keep:
+                out_edge[row, x] = marked(max(z, held), mark | (bits_of(held) & UNSURE))
+                out_mask[row, x] |= bits
+
+
+@inner
+def draw_large(
+    xa: Real, ya: Real, za: Real, xb: Real, yb: Real, zb: Real, xc: Real, yc: Real, zc: Real,
+    xd: Real, yd: Real, zd: Real, left: Real, top: Real, span: int, width: int, row_low: int,
+    first: int, end: int, mark: Real, out: F4,
+) -> None:  # fmt: skip
+    """A quad that holds more than 2 x 2 pixel centres."""
+    right = int(min(left + np.float32(span), np.float32(width))) - 1
+    bottom = int(min(top + np.float32(span), np.float32(end))) - 1
+    x_low, y_low = int(max(left, ZERO)), int(max(top, np.float32(first)))
+    draw_triangle(
+        xa, ya, za, xb, yb, zb, xc, yc, zc, x_low, right, y_low, bottom, row_low, mark, out
+    )
+    draw_triangle(
+        xd, yd, zd, xc, yc, zc, xb, yb, zb, x_low, right, y_low, bottom, row_low, mark, out
+    )
+
+
+@inner
+def land_parts(w: F4, parts: F4, begin: int, count: int, out_corners: F4) -> None:
+    """Where the corners of ``count`` parts land: (12, RUN) x, y, disparity of each, NaN behind."""
+    for c in range(4):
+        us, vs, deltas = parts[3 * c, begin:], parts[3 * c + 1, begin:], parts[3 * c + 2, begin:]
+        for i in range(count):
+            u, v, delta = us[i], vs[i], deltas[i]
+            t = w[8] * u + w[9] * v + w[10] + w[11] * delta
+            scale = ONE / t if t > ZERO else NAN
+            out_corners[3 * c, i] = (w[0] * u + w[1] * v + w[2] + w[3] * delta) * scale
+            out_corners[3 * c + 1, i] = (w[4] * u + w[5] * v + w[6] + w[7] * delta) * scale
+            out_corners[3 * c + 2, i] = delta * scale
+
+
+@kernel
+def draw_parts(
+    w: F4, parts: F4, near: U1, ends: I4, tiles: I4, row_low: int, row_high: int, tolerance: Real,
+    out: F4, out_edge: F4, out_mask: U2,
+) -> None:  # fmt: skip
+    """As `draw_surface`, the parts of broken cells.
+
+    parts is (CORNERS, n), near (n,) and ends (tiles down, tiles across), of `_parts`.
+    """
+    keep = ONE - np.float32(tolerance)
+    width = out.shape[1]
+    flat, flat_ends = out.reshape(-1), ends.reshape(-1)
+    q = np.full((12, RUN), NAN, np.float32)
+    setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
+    places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
+    drawn = np.zeros(RUN, np.uint8)
+    for n in range(tiles.shape[0]):
+        if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
+            continue
+        first, end = max(tiles[n, 6], row_low), min(tiles[n, 7], row_high)
+        tile = tiles[n, 3] // TILE * ends.shape[1] + tiles[n, 0] // TILE
+        begin, close = int(flat_ends[tile - 1]) if tile > 0 else 0, int(flat_ends[tile])
+        while begin < close:
+            count = min(RUN, close - begin)
+            land_parts(w, parts, begin, count, q)
+            for i in range(RUN):
+                drawn[i] = i < count
+            test_quads(
+                q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10], q[11], drawn,
+                UNSURE, width, flat.size - 1, row_low, first, end, setup, places, zs, spans,
+            )  # fmt: skip
+            paint_quads(places, zs, flat)
+            for i in range(count):
+                if spans[i] < 0:
+                    continue
+                if near[begin + i]:
+                    mask_quad(
+                        q[0, i], q[1, i], q[2, i], q[3, i], q[4, i], q[5, i], q[6, i], q[7, i],
+                        q[8, i], q[9, i], q[10, i], width, row_low, first, end, keep, UNSURE,
+                        out_edge, out_mask,
+                    )  # fmt: skip
+                if spans[i] > 2:
+                    draw_large(
+                        q[0, i], q[1, i], q[2, i], q[3, i], q[4, i], q[5, i], q[6, i], q[7, i],
+                        q[8, i], q[9, i], q[10, i], q[11, i], setup[0, i], setup[1, i], spans[i],
+                        width, row_low, first, end, UNSURE, out,
+                    )  # fmt: skip
+            begin += count
+
+
+@kernel
+def draw_surface(
+    w: F4, disparity: F4, links: U1, tiles: I4, row_low: int, row_high: int, tolerance: Real,
+    out: F4, out_edge: F4, out_mask: U2,
+) -> None:  # fmt: skip
+    """Disparity that each pixel of the band sees of the intact cells of one reference.
+
+    Args:
+        w: (12,) warp matrix.
+        disparity: (H, W), small gaps bridged.
+        links: (H, W) bits of `_edges`.
+        tiles: (n, FIELDS), whole ones, in any order.
+        row_low: first row of the band.
+        row_high: row after its last.
+        tolerance: relative difference in disparity up to which two cells are one surface.
+        out: (rows, width) preset to -1.
+        out_edge: (rows, width) nearest disparity of what was drawn at rims, preset to -1.
+        out_mask: (rows, width) which sixteenths of the pixel it covers; read where out_edge >= 0.
+    """
+    keep = ONE - np.float32(tolerance)
+    rows, stride = disparity.shape
+    width = out.shape[1]
+    flat = out.reshape(-1)
+    corners = np.zeros((6, RUN + 1), np.float32)
+    xa, ya, za, xb, yb, zb = corners[0], corners[1], corners[2], corners[3], corners[4], corners[5]
+    setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
+    places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
+    drawn = np.zeros(RUN, np.uint8)
+    ramp = np.arange(RUN + 1).astype(np.float32)
+    for n in range(tiles.shape[0]):
+        if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
+            continue
+        first, end = max(tiles[n, 6], row_low), min(tiles[n, 7], row_high)
+        u_low = tiles[n, 0]
+        across = min(tiles[n, 1], stride - 1) - u_low
+        for v in range(tiles[n, 3], min(tiles[n, 4], rows - 1)):
+            land_row(w, disparity[v, u_low:], v, u_low, across + 1, ramp, xa, ya, za)
+            land_row(w, disparity[v + 1, u_low:], v + 1, u_low, across + 1, ramp, xb, yb, zb)
+            if misses_rows(ya, yb, across + 1, first, end):
+                continue
+            row = links[v, u_low:]
+            for i in range(RUN):
+                drawn[i] = row[i] & INTACT if i < across else 0
+            test_quads(
+                xa, ya, za, xa[1:], ya[1:], za[1:], xb, yb, zb, xb[1:], yb[1:], zb[1:], drawn,
+                SURE, width, flat.size - 1, row_low, first, end, setup, places, zs, spans,
+            )  # fmt: skip
+            paint_quads(places, zs, flat)
+            for i in range(across):
+                if row[i] & RIM and spans[i] >= 0:
+                    mask_quad(
+                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
+                        xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE, out_edge,
+                        out_mask,
+                    )  # fmt: skip
+                if spans[i] > 2:
+                    draw_large(
+                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
+                        xb[i + 1], yb[i + 1], zb[i + 1], setup[0, i], setup[1, i], spans[i],
+                        width, row_low, first, end, SURE, out,
+                    )  # fmt: skip

@@ -18,6 +18,7 @@ class Reconstruction(StrEnum):
     SPLAT = "splat"
     MESH = "mesh"
     OFFSET = "offset"
+    INVERSE = "inverse"
 
 
 class Visibility(StrEnum):
@@ -103,7 +104,7 @@ FormatOption = Annotated[
 ]
 ReconstructionOption = Annotated[
     Reconstruction,
-    typer.Option("--reconstruction", "-r", help="How samples become a picture again.",
+    typer.Option("--reconstruction", "-r", help="How samples become a picture again; inverse gives the best one.",
                  rich_help_panel=LOOK),
 ]  # fmt: skip
 VisibilityOption = Annotated[

@@ -81,7 +81,7 @@ def render(
         str | None,
         typer.Option(metavar="WIDTHxHEIGHT", help="Size of the pictures.", rich_help_panel=LOOK),
     ] = None,
-    reconstruction: ReconstructionOption = Reconstruction.OFFSET,
+    reconstruction: ReconstructionOption = Reconstruction.INVERSE,
     visibility: VisibilityOption = Visibility.ORDER,
     references: ReferencesOption = 2,
     fill: FillOption = Fill.BACKGROUND,

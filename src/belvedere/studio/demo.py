@@ -84,8 +84,8 @@ def demo(
     size: tuple[int, int] = (640, 512),
     references: int = 18,
     checked: int = 3,
-    reconstruction: str = "mesh",
-    compared: Sequence[str] = ("point", "splat", "mesh", "offset"),
+    reconstruction: str = "inverse",
+    compared: Sequence[str] = ("point", "splat", "mesh", "offset", "inverse"),
     threads: int | None = None,
     force: bool = False,
     progress: Progress = silent,
@@ -255,7 +255,7 @@ def _finish(
     from belvedere.scene.io.frames import save_frame
 
     camera = path.camera(path.start + POSTER_AT * path.duration)
-    save_frame(scene.render(camera, reconstruction="offset"), folder / "poster.png")
+    save_frame(scene.render(camera, reconstruction="inverse"), folder / "poster.png")
     write_bytes(folder / "README.txt", README.format(folder=name).encode())
     record = {
         "schema": "belvedere.demo",
@@ -277,7 +277,7 @@ belvedere demo
 ==============
 
 walk.mp4      a walk through three rooms; every frame is warped from 2 pictures of scene/
-poster.png    the beginning of the walk, warped with the reconstruction `offset`
+poster.png    the beginning of the walk, warped with the reconstruction `inverse`
 report/       open report.html: frames of the walk beside the ray-cast truth, with the numbers
 scene/        the pictures: colour, depth, poses (transforms.json; other tools open it too)
 path.json     the walk: keyframes, which you may edit
@@ -286,7 +286,7 @@ demo.json     how long each stage took, and on which machine
 What to try next (from the folder that holds this one):
 
     belvedere info {folder}/scene
-    belvedere render {folder}/scene --path {folder}/path.json -r offset -o again.mp4
+    belvedere render {folder}/scene --path {folder}/path.json -r mesh -o again.mp4
     belvedere render {folder}/scene --path wobble --seconds 4 -o wobble.mp4
     belvedere evaluate {folder}/scene -r all -o scene-report
 

@@ -52,7 +52,7 @@ def evaluate(
     *,
     hold_out: int | Sequence[int] = 4,
     references: int = 2,
-    reconstructions: Sequence[str] | str = ("offset",),
+    reconstructions: Sequence[str] | str = ("inverse",),
     visibility: str = "order",
     repeats: int = 3,
     threads: int | None = None,

@@ -75,7 +75,7 @@ def evaluate_to_report(
     command: str | Sequence[str] = "",
     hold_out: int | Sequence[int] = 4,
     references: int = 2,
-    reconstructions: Sequence[str] | str = ("offset",),
+    reconstructions: Sequence[str] | str = ("inverse",),
     visibility: str = "order",
     repeats: int = 3,
     threads: int | None = None,

@@ -61,8 +61,8 @@ def warp(
             depend on it.
         options: every choice in one `WarpOptions`.
         choices: or single fields of `WarpOptions` by name: ``reconstruction`` ("point", "splat",
-            "mesh", "offset"), ``visibility`` ("order", "zbuffer"), ``composite``, ``fill``,
-            ``surface_tolerance``, ``splat``, ``offset``.
+            "mesh", "offset", "inverse"), ``visibility`` ("order", "zbuffer"), ``composite``,
+            ``fill``, ``surface_tolerance``, ``splat``, ``offset``.
 
     Returns:
         A frame of the camera's size: colour of the references' type, disparity (so that warps
@@ -74,13 +74,19 @@ def warp(
         ViewError: no view, or views whose colours differ in type or channels.
 
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
-    Seen from behind, ``mesh`` shows nothing; the others show samples, which have no back. ``mesh``
-    and ``offset`` bridge gaps of up to `BRIDGE` missing samples whose two sides agree (`prepare`
-    sets that, 0 for none), so they cover what ``point`` and ``splat`` leave as holes.
+    ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a pixel
+    sees, references check one another, colours are looked up backwards, and at silhouettes coverage
+    is the share of the pixel that is known. It compares disparities whatever ``visibility`` says.
+
+    Seen from behind, ``mesh`` and ``inverse`` show nothing; the others show samples, which have no
+    back. ``mesh``, ``offset`` and ``inverse`` bridge gaps of up to `BRIDGE` missing samples whose
+    two sides agree (`prepare` sets that, 0 for none), so they cover what ``point`` and ``splat``
+    leave as holes.
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
-    `LARGEST_BAND` pixels: 24 bytes a pixel and reference, for ``offset`` 92 more (its warp buffer,
-    four cells a pixel), so 30 MB a thread with two references.
+    `LARGEST_BAND` pixels: 52 bytes a pixel and 10 for each reference; for the others 24 for each
+    reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at most 32 MB a
+    thread with two references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.

@@ -104,9 +104,13 @@ FormatOption = Annotated[
 ]
 ReconstructionOption = Annotated[
     Reconstruction,
-    typer.Option("--reconstruction", "-r", help="How samples become a picture again; inverse gives the best one.",
-                 rich_help_panel=LOOK),
-]  # fmt: skip
+    typer.Option(
+        "--reconstruction",
+        "-r",
+        help="How samples become a picture again; inverse gives the best one.",
+        rich_help_panel=LOOK,
+    ),
+]
 VisibilityOption = Annotated[
     Visibility,
     typer.Option(help="Occlusion-compatible order, or comparing depths.", rich_help_panel=LOOK),

@@ -1,9 +1,10 @@
 """3D image warping: reference views with depth in, new views out.
 
 Samples move by the warping equation; occlusion-compatible order or warped disparity decides what
-hides what; a reconstructor (point, splat, mesh, offset, inverse) makes a continuous picture; several
-references are merged. Papers: McMillan's course notes "Image-Based Rendering using Image Warping";
-Popescu and Lastra, "High Quality 3D Image Warping by Separating Visibility from Reconstruction";
+hides what; a reconstructor (point, splat, mesh, offset, inverse) makes a picture of them again;
+several references are merged.
+
+Papers: McMillan's course notes "Image-Based Rendering using Image Warping"; Popescu and Lastra, "High Quality 3D Image Warping by Separating Visibility from Reconstruction";
 Rafferty, Aliaga and Lastra, "3D Image Warping in Architectural Walkthroughs".
 """
 

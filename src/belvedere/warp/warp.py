@@ -76,7 +76,8 @@ def warp(
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
     ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a
     pixel sees, references check one another, colours are looked up backwards, and at silhouettes
-    coverage is the share of the pixel that is known. It compares disparities whatever ``visibility`` says.
+    coverage is the share of the pixel that is known. It compares disparities whatever
+    ``visibility`` says.
 
     Seen from behind, ``mesh`` and ``inverse`` show nothing; the others show samples, which have no
     back. ``mesh``, ``offset`` and ``inverse`` bridge gaps of up to `BRIDGE` missing samples whose

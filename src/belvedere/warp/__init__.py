@@ -4,8 +4,9 @@ Samples move by the warping equation; occlusion-compatible order or warped dispa
 hides what; a reconstructor (point, splat, mesh, offset, inverse) makes a picture of them again;
 several references are merged.
 
-Papers: McMillan's course notes "Image-Based Rendering using Image Warping"; Popescu and Lastra, "High Quality 3D Image Warping by Separating Visibility from Reconstruction";
-Rafferty, Aliaga and Lastra, "3D Image Warping in Architectural Walkthroughs".
+Papers: McMillan's course notes "Image-Based Rendering using Image Warping"; Popescu and Lastra,
+"High Quality 3D Image Warping by Separating Visibility from Reconstruction"; Rafferty, Aliaga and
+Lastra, "3D Image Warping in Architectural Walkthroughs".
 """
 
 from belvedere.warp.choose import choose_references

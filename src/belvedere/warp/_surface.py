@@ -220,14 +220,15 @@ def draw_triangle(
 def mask_quad(
     xa: Real, ya: Real, za: Real, xb: Real, yb: Real, zb: Real, xc: Real, yc: Real, zc: Real,
     xd: Real, yd: Real, width: int, row_low: int, first: int, end: int, keep: Real, mark: Real,
-    out_edge: F4, out_mask: U2,
+    steps: F4, out_edge: F4, out_mask: U2,
 ) -> None:  # fmt: skip
     """Which of sixteen places in each pixel a cell covers, of the nearest surface there.
 
     A surface that is clearly nearer than what the pixel holds starts its mask anew; one clearly
     behind leaves no trace. Corners are a, b above and c, d below; disparity is that of the plane
-    through a, b and c, at the pixel's centre or the nearest corner. It is marked `UNSURE` as
-    soon as a part of a broken cell is among what the pixel holds: else no edge runs through it.
+    through a, b and c, at the pixel's centre or the nearest corner. It is marked `UNSURE` as soon
+    as a part of a broken cell is among what the pixel holds: else no edge runs through it. steps is
+    (4, 16) to work in.
     """
     bx, by, cx, cy = xb - xa, yb - ya, xc - xa, yc - ya
     area = bx * cy - cx * by
@@ -246,21 +247,22 @@ def mask_quad(
     # edges a to b, b to d, d to c, c to a: inside is to the right of each
     dx, dy, ex, ey = xd - xb, yd - yb, xc - xd, yc - yd
     slack = SLACK * area
+    for k in range(16):  # from the pixel's centre to its places, along the normals of the edges
+        ox = (np.float32(k & 3) - np.float32(1.5)) * np.float32(0.25)
+        oy = (np.float32(k >> 2) - np.float32(1.5)) * np.float32(0.25)
+        steps[0, k], steps[1, k] = bx * oy - by * ox, dx * oy - dy * ox
+        steps[2, k], steps[3, k] = ex * oy - ey * ox, cy * ox - cx * oy
     for y in range(top, bottom + 1):
         for x in range(left, right + 1):
             px, py = np.float32(x) - xa, np.float32(y) - ya
             qx, qy = np.float32(x) - xd, np.float32(y) - yd
+            above, beside = bx * py - by * px - slack, dx * qy - dy * qx - slack
+            below, before = ex * qy - ey * qx - slack, cy * px - cx * py - slack
             bits = np.int32(0)
-            for s in range(16):
-                ox = (np.float32(s & 3) - np.float32(1.5)) * np.float32(0.25)
-                oy = (np.float32(s >> 2) - np.float32(1.5)) * np.float32(0.25)
-                inside = (
-                    (bx * (py + oy) - by * (px + ox) >= slack)
-                    & (dx * (qy + oy) - dy * (qx + ox) >= slack)
-                    & (ex * (qy + oy) - ey * (qx + ox) >= slack)
-                    & (cy * (px + ox) - cx * (py + oy) >= slack)
-                )
-                bits |= np.int32(inside) << np.int32(s)
+            for k in range(16):
+                inside = (above + steps[0, k] >= ZERO) & (beside + steps[1, k] >= ZERO)
+                inside &= (below + steps[2, k] >= ZERO) & (before + steps[3, k] >= ZERO)
+                bits |= np.int32(inside) << np.int32(k)
             if bits == 0:
                 continue
             wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
@@ -322,7 +324,7 @@ def draw_parts(
     q = np.full((12, RUN), NAN, np.float32)
     setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
     places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
-    drawn = np.zeros(RUN, np.uint8)
+    drawn, steps = np.zeros(RUN, np.uint8), np.zeros((4, 16), np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
             continue
@@ -346,7 +348,7 @@ def draw_parts(
                     mask_quad(
                         q[0, i], q[1, i], q[2, i], q[3, i], q[4, i], q[5, i], q[6, i], q[7, i],
                         q[8, i], q[9, i], q[10, i], width, row_low, first, end, keep, UNSURE,
-                        out_edge, out_mask,
+                        steps, out_edge, out_mask,
                     )  # fmt: skip
                 if spans[i] > 2:
                     draw_large(
@@ -384,7 +386,7 @@ def draw_surface(
     xa, ya, za, xb, yb, zb = corners[0], corners[1], corners[2], corners[3], corners[4], corners[5]
     setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
     places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
-    drawn = np.zeros(RUN, np.uint8)
+    drawn, steps = np.zeros(RUN, np.uint8), np.zeros((4, 16), np.float32)
     ramp = np.arange(RUN + 1).astype(np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
@@ -409,8 +411,8 @@ def draw_surface(
                 if row[i] & RIM and spans[i] >= 0:
                     mask_quad(
                         xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
-                        xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE, out_edge,
-                        out_mask,
+                        xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE, steps,
+                        out_edge, out_mask,
                     )  # fmt: skip
                 if spans[i] > 2:
                     draw_large(

@@ -36,6 +36,7 @@ from belvedere.warp import (
     OffsetOptions,
     Photographs,
     SplatOptions,
+    Warper,
     WarpOptions,
     prepare,
     warp,  # before anything imports the room of that name, so that `belvedere.warp` is the verb
@@ -93,6 +94,7 @@ __all__ = [
     "VideoWriter",
     "ViewSet",
     "WarpOptions",
+    "Warper",
     "__version__",
     "evaluate",
     "open_scene",

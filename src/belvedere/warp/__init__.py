@@ -31,6 +31,7 @@ from belvedere.warp.reconstruct import (
     WarpOptions,
 )
 from belvedere.warp.warp import warp
+from belvedere.warp.warper import Warper
 
 __all__ = [
     "RECONSTRUCTIONS",
@@ -42,6 +43,7 @@ __all__ = [
     "Sheet",
     "SplatOptions",
     "WarpOptions",
+    "Warper",
     "area_growth",
     "choose_references",
     "epipole",

@@ -284,13 +284,21 @@ def undisturbed(links: U1, v: int, u: int) -> bool:
     return bool(upper & lower & INTACT)
 
 
+@inner
+def step_along(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Real:
+    """Size of the step in disparity to a linked neighbour; 0 to one that is not."""
+    if joined(links, v, u, dv, du):
+        return abs(disparity[v + dv, u + du] - disparity[v, u])
+    return np.float32(0.0)
+
+
 @kernel
 def surface_range(
     disparity: F4, links: U1, tile_row_low: int, tile_row_high: int, out_low: F4, out_high: F4
 ) -> None:
     """Smallest and largest disparity of what "mesh" and "offset" draw of each tile.
 
-    A sample is drawn half a pixel around it, with the slope of its surface: on a steep one that
+    A sample is drawn up to a pixel around it, with the slope of its surface: on a steep one that
     reaches beyond the disparities of the samples themselves.
 
     Args:
@@ -302,7 +310,6 @@ def surface_range(
         out_high: same; high < low where a tile has no sample.
     """
     height, width = disparity.shape
-    half = np.float32(0.5)
     for tv in range(tile_row_low, tile_row_high):
         for tu in range(out_low.shape[1]):
             low, high = np.float32(np.inf), np.float32(-np.inf)
@@ -315,11 +322,14 @@ def surface_range(
                         continue
                     if not usable(disparity, links, v, u):
                         continue
-                    right = abs(slope_toward(disparity, links, v, u, 0, 1))
-                    left = abs(slope_toward(disparity, links, v, u, 0, -1))
-                    down = abs(slope_toward(disparity, links, v, u, 1, 0))
-                    up = abs(slope_toward(disparity, links, v, u, -1, 0))
-                    reach = half * (max(right, left) + max(down, up))
+                    # a side that is not linked continues the slope of the other
+                    reach = max(
+                        step_along(disparity, links, v, u, 0, 1),
+                        step_along(disparity, links, v, u, 0, -1),
+                    ) + max(
+                        step_along(disparity, links, v, u, 1, 0),
+                        step_along(disparity, links, v, u, -1, 0),
+                    )
                     low = min(low, max(disparity[v, u] - reach, np.float32(0.0)))
                     high = max(high, disparity[v, u] + reach)
             out_low[tv, tu] = low

@@ -94,7 +94,26 @@ def warp(
     """
     chosen = merge_options(options, choices)
     desired = planar(camera, "desired")
-    prepared = nearest_first(_prepared(views), desired)
+    return warp_prepared(prepare_all(views), desired, chosen, threads)
+
+
+def warp_prepared(
+    views: Sequence[PreparedView],
+    desired: Camera,
+    chosen: WarpOptions,
+    threads: int | None,
+    block: npt.NDArray[np.uint8] | None = None,
+) -> Frame:
+    """`warp` once everything is checked.
+
+    Args:
+        views: at least one, their colours of one type.
+        desired: the camera to fill.
+        chosen: how.
+        threads: how many to use.
+        block: (`frame_bytes`,) memory for the frame; None for new one.
+    """
+    prepared = nearest_first(views, desired)
     if len(prepared) == 1 and same_pixels(prepared[0].camera, desired):
         # nothing moves: every sample is its pixel already, and any filter would only blur it
         chosen = replace(chosen, reconstruction="point")
@@ -102,11 +121,16 @@ def warp(
 
     channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
     pixels = desired.height * desired.width
-    # one block: the allocator then keeps it for the next frame instead of handing it back
-    block = np.empty(pixels * (8 + channels * kind.itemsize), np.uint8)
+    if block is None:
+        # one block: the allocator then keeps it for the next frame instead of handing it back
+        block = np.empty(frame_bytes(prepared[0], desired), np.uint8)
     disparity = block[: 4 * pixels].view(np.float32).reshape(desired.size)
     coverage = block[4 * pixels : 8 * pixels].view(np.float32).reshape(desired.size)
-    color = block[8 * pixels :].view(kind).reshape(*desired.size, channels)
+    color = (
+        block[8 * pixels : frame_bytes(prepared[0], desired)]
+        .view(kind)
+        .reshape(*desired.size, channels)
+    )
     weights = nearness_weights(prepared, desired)
     count = thread_count(threads)
 
@@ -121,6 +145,12 @@ def warp(
 
         return fill_background(frame, chosen.surface_tolerance, threads)
     return frame
+
+
+def frame_bytes(reference: PreparedView, desired: Camera) -> int:
+    """Bytes of a frame's disparity, coverage and colour."""
+    pixel = 8 + reference.color.shape[2] * reference.color.dtype.itemsize
+    return desired.height * desired.width * pixel
 
 
 def same_pixels(reference: Camera, desired: Camera) -> bool:
@@ -160,9 +190,14 @@ def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpO
     return WarpOptions(**{name: choices.get(name, getattr(base, name)) for name in known})
 
 
-def _prepared(
+def prepare_all(
     views: ReferenceView | PreparedView | Iterable[ReferenceView | PreparedView],
 ) -> list[PreparedView]:
+    """Views as `warp` takes them, checked and prepared.
+
+    Raises:
+        ViewError: no view, something else, or colours that differ in type or channels.
+    """
     if isinstance(views, ReferenceView | PreparedView):
         views = [views]
     if not isinstance(views, Iterable):

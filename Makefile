@@ -28,6 +28,7 @@ docs:
 
 figures:
 	$(PYTHON) docs/figures/make_figures.py
+	$(PYTHON) docs/make_warp_pictures.py
 
 gallery:
 	$(PYTHON) docs/make_gallery.py

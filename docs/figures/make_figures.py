@@ -10,6 +10,8 @@ from pathlib import Path
 
 import conventions
 import house
+import lattice
+import quality
 import sheets
 
 FIGURES = {
@@ -19,6 +21,8 @@ FIGURES = {
     "floors.svg": house.floors,
     "flow.svg": house.flow,
     "sheets.svg": sheets.regions,
+    "lattice.svg": lattice.lattice,
+    "quality.svg": quality.against_time,
 }
 
 

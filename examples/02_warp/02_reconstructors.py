@@ -1,11 +1,12 @@
-"""Four ways to make a continuous picture out of moved samples.
+"""Five ways to make a continuous picture out of moved samples.
 
 Samples that have moved no longer lie on a grid. `point` paints the pixel each one lands in and
 leaves cracks where the picture grows; `splat` paints squares as large as the sample has grown;
-`mesh` draws the quads between neighbouring samples, cut at depth edges; `offset` (the default)
-finds what is visible on a finer grid that remembers where in its cell each sample fell, and
-filters that. `reconstructors.png` has them in this order, magnified from one warp toward the
-stair; below each, its signed difference from the truth, where grey means right.
+`mesh` draws the quads between neighbouring samples, cut at depth edges; `offset` finds what is
+visible on a finer grid that remembers where in its cell each sample fell, and filters that;
+`inverse` (the default) finds surfaces first and then looks their colours up backwards, with edges
+that cover pixels in part. `reconstructors.png` has them in this order, magnified from one warp
+toward the stair; below each, its signed difference from the truth, where grey means right.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ def main(output: Path) -> None:
     house = build_interior(seed=0, rays=64)
     here = bv.Camera.look_at((6.95, 4.6, 1.6), (6.1, 7.2, 1.7), fov_deg=60, width=320, height=256)
     there = here.moved(here.center + 0.55 * here.forward + [-0.12, 0.0, 0.05])
-    reference = bv.prepare(photograph(house, here))  # edges and tiles, once for all four
+    reference = bv.prepare(photograph(house, here))  # edges and tiles, once for all five
     truth = photograph(house, there)
 
     frames = {name: bv.warp(reference, there, reconstruction=name) for name in RECONSTRUCTIONS}

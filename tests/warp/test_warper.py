@@ -12,7 +12,6 @@ from belvedere.ground.errors import BelvedereError
 from belvedere.warp import RECONSTRUCTIONS, prepare
 from tests.warp.worlds import boards, noise, straight_camera
 
-
 BAD: list[Any] = [["x"], None]
 
 

@@ -32,6 +32,7 @@ def warp_choices() -> dict[str, dict[str, Any]]:
         "splat-jacobian": {"reconstruction": "splat", "splat": SplatOptions(size="jacobian")},
         "mesh": {"reconstruction": "mesh"},
         "offset": {"reconstruction": "offset"},
+        "inverse": {"reconstruction": "inverse"},
         "offset-full": {"reconstruction": "offset", "offset": OffsetOptions(density=4)},
     }
 

@@ -31,7 +31,7 @@ print(json.dumps([first - began, time.perf_counter() - first]))
 """
 """Prints the seconds of a process's first warp, Numba's import included, and of its second."""
 
-FIRST_CALLS = ("point", "offset")
+FIRST_CALLS = ("point", "inverse")
 """Reconstructions whose first call is measured: the one with the least to compile and the
 default."""
 

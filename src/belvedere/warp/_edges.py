@@ -296,7 +296,7 @@ def step_along(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Re
 def surface_range(
     disparity: F4, links: U1, tile_row_low: int, tile_row_high: int, out_low: F4, out_high: F4
 ) -> None:
-    """Smallest and largest disparity of what "mesh" and "offset" draw of each tile.
+    """Smallest and largest disparity of the surface that is drawn of each tile.
 
     A sample is drawn up to a pixel around it, with the slope of its surface: on a steep one that
     reaches beyond the disparities of the samples themselves.

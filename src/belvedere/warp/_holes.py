@@ -65,9 +65,10 @@ def fill_from_coarser(
     coarse_color: F4, coarse_disparity: F4, tolerance: Real, row_low: int, row_high: int,
     out_color: F4, out_disparity: F4,
 ) -> None:  # fmt: skip
-    """Give each missing pixel the farthest of the sixteen coarser pixels round it, interpolated.
+    """Give each missing pixel the farthest of the coarser pixels round it, interpolated.
 
-    Of the nearest four all may belong to the foreground beside the hole.
+    Of the nearest four, if one of them shows the farthest surface of the nearest sixteen; else all
+    four belong to the foreground beside the hole, and the sixteen are asked.
 
     Args:
         coarse_color: (h, w, 4), without holes.
@@ -94,18 +95,24 @@ def fill_from_coarser(
                     u = min(max(u0 + i, 0), columns - 1)
                     far = min(far, coarse_disparity[v, u])
             limit = far * np.float32(1.0 + tolerance) + TINY
+            reach = np.float32(2.0)
+            for j in range(1, 3):
+                for i in range(1, 3):
+                    v = min(max(v0 + j, 0), rows - 1)
+                    u = min(max(u0 + i, 0), columns - 1)
+                    if coarse_disparity[v, u] <= limit:
+                        reach = np.float32(1.0)
             total, depth = ZERO, ZERO
             for k in range(4):
                 out_color[y, x, k] = ZERO
             for j in range(4):
-                tall = max(np.float32(2.0) - abs(np.float32(j) - fv), ZERO)
+                tall = max(reach - abs(np.float32(j) - fv), ZERO)
                 for i in range(4):
                     v = min(max(v0 + j, 0), rows - 1)
                     u = min(max(u0 + i, 0), columns - 1)
                     if coarse_disparity[v, u] > limit:
                         continue
-                    weight = tall * max(np.float32(2.0) - abs(np.float32(i) - fu), ZERO)
-                    weight *= weight  # near ones count more: large holes stay smooth all the same
+                    weight = tall * max(reach - abs(np.float32(i) - fu), ZERO)
                     total += weight
                     depth += weight * coarse_disparity[v, u]
                     for k in range(4):

@@ -60,6 +60,18 @@ def looks_through(
     return nearest < delta * scale * nearer
 
 
+@inner
+def looks_all_through(
+    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
+) -> bool:
+    """As `looks_through`, in all of a pixel: an edge may cover a part that its centre is not in."""
+    for n in range(4):
+        ox, oy = np.float32(n & 1) - HALF, np.float32(n >> 1) - HALF
+        if not looks_through(back, disparity, links, x4 + ox, y4 + oy, delta, nearer):
+            return False
+    return True
+
+
 @kernel
 def reject_seen_through(
     back: F4, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
@@ -100,7 +112,9 @@ def reject_seen_through(
                     if not asked[x]:
                         continue
                     delta, edge, x4 = theirs[x], rims[x], np.float32(x)
-                    if edge >= ZERO and looks_through(back, disparity, links, x4, y4, edge, nearer):
+                    if edge >= ZERO and looks_all_through(
+                        back, disparity, links, x4, y4, edge, nearer
+                    ):
                         edges[n, y, x] = HOLE
                     if (
                         delta >= ZERO and mine[x] < delta * nearer

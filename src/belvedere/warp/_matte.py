@@ -138,8 +138,8 @@ def find_mixed(
             worst, dv, du = HALF, 0, 0
             for n in range(4):
                 jv, ju = (0, 1) if n == 0 else (0, -1) if n == 1 else (1, 0) if n == 2 else (-1, 0)
-                v2, u2 = v + 2 * jv, u + 2 * ju
-                if v2 < 0 or u2 < 0 or v2 >= height or u2 >= width:
+                v2, u2, v3, u3 = v + 2 * jv, u + 2 * ju, v - jv, u - ju
+                if min(v2, u2, v3, u3) < 0 or max(v2, v3) >= height or max(u2, u3) >= width:
                     continue
                 reach = reach_toward(right, down, v, u, jv, ju)
                 if reach < worst:
@@ -148,8 +148,11 @@ def find_mixed(
                 continue
             own = HALF + worst
             for k in range(4):
-                other = color[v + 2 * dv, u + 2 * du, k]
-                out_pure[found, k] = max((color[v, u, k] - (ONE - own) * other) / own, ZERO)
+                other, held = color[v + 2 * dv, u + 2 * du, k], color[v, u, k]
+                # a third colour is no mixture: never beyond the sample and the pure one beside it
+                beside = color[v - dv, u - du, k]
+                pure = (held - (ONE - own) * other) / own
+                out_pure[found, k] = min(max(pure, min(held, beside)), max(held, beside))
             out_sample[found] = v * width + u
             found += 1
     return found

@@ -99,7 +99,11 @@ def cut_quarter(
         v4 = np.float32(v) + far_v * np.float32(dv)
         put(out_parts, n, corner, u4, v4, disparity[v, u] + far_u * across + far_v * along)
     near = beyond(disparity, links, v, u, dv, 0) or beyond(disparity, links, v, u, 0, du)
-    out_near[n] = np.uint8(near or links[v, u] & RIM)
+    if joined(links, v, u, 0, du):
+        near = near or beyond(disparity, links, v, u + du, dv, 0)
+    if joined(links, v, u, dv, 0):
+        near = near or beyond(disparity, links, v + dv, u, 0, du)
+    out_near[n] = np.uint8(near or (links[v, u] & RIM) != 0)
 
 
 @inner

@@ -248,8 +248,9 @@ def mask_quad(
     dx, dy, ex, ey = xd - xb, yd - yb, xc - xd, yc - yd
     slack = SLACK * area
     for k in range(16):  # from the pixel's centre to its places, along the normals of the edges
-        ox = (np.float32(k & 3) - np.float32(1.5)) * np.float32(0.25)
-        oy = (np.float32(k >> 2) - np.float32(1.5)) * np.float32(0.25)
+        mirrored = (k & 1) * 8 + (k & 2) * 2 + (k & 4) // 2 + (k & 8) // 8
+        ox = (np.float32(k) - np.float32(7.5)) * np.float32(0.0625)
+        oy = (np.float32(mirrored) - np.float32(7.5)) * np.float32(0.0625)
         steps[0, k], steps[1, k] = bx * oy - by * ox, dx * oy - dy * ox
         steps[2, k], steps[3, k] = ex * oy - ey * ox, cy * ox - cx * oy
     for y in range(top, bottom + 1):
@@ -263,7 +264,10 @@ def mask_quad(
                 inside = (above + steps[0, k] >= ZERO) & (beside + steps[1, k] >= ZERO)
                 inside &= (below + steps[2, k] >= ZERO) & (before + steps[3, k] >= ZERO)
                 bits |= np.int32(inside) << np.int32(k)
-            if bits == 0:
+            if bits == 0:  # too thin for a place, but an edge does run through the pixel
+                held = out_edge[y - row_low, x]
+                if mark == UNSURE and held >= ZERO and z_high >= held * keep:
+                    out_edge[y - row_low, x] = marked(held, mark)
                 continue
             wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
             z = max(min(max(za + wb * zb + wc * zc, z_low), z_high), ZERO)

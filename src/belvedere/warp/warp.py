@@ -314,6 +314,9 @@ def _paint_band(
 
         linear = scratch("joint color", (*size, 4), np.float32)
         paint_inverse(passages, weights, rows, linear, out_disparity, out_coverage)
+        if out_color.dtype != np.uint8:  # cubics overshoot; encoding to bytes clips anyway
+            np.maximum(linear, 0.0, out=linear)
+            np.minimum(linear[..., 3], 1.0, out=linear[..., 3])
         _finish(linear, out_color, out_disparity, out_coverage)
         return
     colors = scratch("layer colors", (len(passages), *size, 4), np.float32)

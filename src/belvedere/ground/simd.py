@@ -2,10 +2,11 @@
 
 Four ``float32`` at once: an RGBA sample is one vector register, but left alone each channel is
 worked on by itself. `Four` is a value type for kernels (LLVM's ``<4 x float>``) with the few
-operations that colours need; `bits_of` and `float_of` look at a float's bits.
+operations that colours need, and `Sixteen` is four of them that lie next to each other, as the taps
+of a bicubic look-up do. `bits_of` and `float_of` look at a float's bits.
 
-Each function here is plain Python, which runs with ``NUMBA_DISABLE_JIT=1`` (a `Four` is then an
-array), and below it what kernels compile instead.
+Each function here is plain Python, which runs with ``NUMBA_DISABLE_JIT=1`` (a `Four` or a `Sixteen`
+is then an array), and below it what kernels compile instead.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from belvedere.ground.jit import Real
 F4 = npt.NDArray[np.float32]
 Four = Any
 """Four float32: the type of a colour in a kernel's signature."""
+Sixteen = Any
+"""Four neighbouring colours: sixteen float32."""
 
 
 def load4(array: F4, index: int) -> Four:
@@ -59,6 +62,26 @@ def lane4(a: Four, lane: int) -> Real:
     return a[lane]
 
 
+def load16(array: F4, index: int) -> Sixteen:
+    """The ``index``-th four of a C-contiguous array and the three after it."""
+    return array.reshape(-1)[4 * index : 4 * index + 16].copy()
+
+
+def scale16(a: Sixteen, factor: Real) -> Sixteen:
+    """Each times one number."""
+    return a * np.float32(factor)
+
+
+def add_scaled16(total: Sixteen, a: Sixteen, factor: Real) -> Sixteen:
+    """``total + factor * a``; in one rounding where the processor can."""
+    return total + a * np.float32(factor)
+
+
+def fold16(a: Sixteen, w: Real, x: Real, y: Real, z: Real) -> Four:
+    """Sum of the four fours, each times its own number."""
+    return np.array([w, x, y, z], np.float32) @ a.reshape(4, 4)
+
+
 def bits_of(value: Real) -> Real:
     """A float32's bits as a uint32; of values >= 0 in the same order."""
     return np.float32(value).view(np.uint32)
@@ -77,9 +100,13 @@ class _FourType(types.Type):
         super().__init__(name="Four")
 
 
-_FOUR = _FourType()
-_VECTOR = ir.VectorType(ir.FloatType(), 4)
-_LANES = ir.VectorType(ir.IntType(32), 4)
+class _SixteenType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="Sixteen")
+
+
+_FOUR, _SIXTEEN = _FourType(), _SixteenType()
+_VECTOR, _LONG = ir.VectorType(ir.FloatType(), 4), ir.VectorType(ir.FloatType(), 16)
 
 
 @register_model(_FourType)
@@ -88,15 +115,46 @@ class _FourModel(models.PrimitiveModel):
         super().__init__(manager, kind, _VECTOR)
 
 
+@register_model(_SixteenType)
+class _SixteenModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _LONG)
+
+
 def _compiled(function: Callable[..., Any], implementation: Callable[..., Any]) -> None:
     overload(function, jit_options={"forceinline": True})(implementation)
 
 
-def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """Pointer to the four floats from ``array.flat[4 * index]`` on."""
+def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, what: Any) -> Any:
+    """Pointer to the vector of floats from ``array.flat[4 * index]`` on."""
     start = context.make_array(kind)(context, builder, array).data
     four = builder.gep(start, [builder.mul(index, ir.Constant(index.type, 4))])
-    return builder.bitcast(four, _VECTOR.as_pointer())
+    return builder.bitcast(four, what.as_pointer())
+
+
+def _every(context: Any, builder: Any, number: Any, kind: Any, what: Any) -> Any:
+    """A vector with one number in every lane."""
+    scalar = context.cast(builder, number, kind, types.float32)
+    nothing = ir.Constant(what, ir.Undefined)
+    first = builder.insert_element(nothing, scalar, ir.IntType(32)(0))
+    lanes = ir.Constant(ir.VectorType(ir.IntType(32), what.count), None)
+    return builder.shuffle_vector(first, nothing, lanes)
+
+
+def _multiplied_and_added(builder: Any, a: Any, b: Any, total: Any) -> Any:
+    """``a * b + total`` of vectors, fused where the processor can."""
+    kind = a.type
+    name = f"llvm.fmuladd.v{kind.count}f32"
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(kind, [kind, kind, kind]), name
+    )
+    return builder.call(function, [a, b, total])
+
+
+def _picked(builder: Any, vector: Any, lanes: list[int]) -> Any:
+    """Some lanes of a vector."""
+    kind = ir.VectorType(ir.IntType(32), len(lanes))
+    return builder.shuffle_vector(vector, vector, ir.Constant(kind, lanes))
 
 
 def _refuse_other_than_contiguous(array: Any) -> None:
@@ -110,7 +168,7 @@ def _load4(typing: Any, array: Any, index: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = context.cast(builder, args[1], index, types.int64)
-        value = builder.load(_address(context, builder, array, args[0], place))
+        value = builder.load(_address(context, builder, array, args[0], place, _VECTOR))
         value.align = 4
         return value
 
@@ -123,7 +181,7 @@ def _store4(typing: Any, array: Any, index: Any, value: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = context.cast(builder, args[1], index, types.int64)
-        done = builder.store(args[2], _address(context, builder, array, args[0], place))
+        done = builder.store(args[2], _address(context, builder, array, args[0], place, _VECTOR))
         done.align = 4
         return context.get_dummy_value()
 
@@ -149,11 +207,7 @@ def _add4(typing: Any, a: Any, b: Any) -> Any:
 @intrinsic
 def _scale4(typing: Any, a: Any, factor: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        scalar = context.cast(builder, args[1], factor, types.float32)
-        nothing = ir.Constant(_VECTOR, ir.Undefined)
-        first = builder.insert_element(nothing, scalar, ir.IntType(32)(0))
-        every = builder.shuffle_vector(first, nothing, ir.Constant(_LANES, None))
-        return builder.fmul(args[0], every)
+        return builder.fmul(args[0], _every(context, builder, args[1], factor, _VECTOR))
 
     return _FOUR(a, factor), generate
 
@@ -164,6 +218,49 @@ def _lane4(typing: Any, a: Any, lane: Any) -> Any:
         return builder.extract_element(args[0], context.cast(builder, args[1], lane, types.int32))
 
     return types.float32(a, lane), generate
+
+
+@intrinsic
+def _load16(typing: Any, array: Any, index: Any) -> Any:
+    _refuse_other_than_contiguous(array)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = context.cast(builder, args[1], index, types.int64)
+        value = builder.load(_address(context, builder, array, args[0], place, _LONG))
+        value.align = 4
+        return value
+
+    return _SIXTEEN(array, index), generate
+
+
+@intrinsic
+def _scale16(typing: Any, a: Any, factor: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.fmul(args[0], _every(context, builder, args[1], factor, _LONG))
+
+    return _SIXTEEN(a, factor), generate
+
+
+@intrinsic
+def _add_scaled16(typing: Any, total: Any, a: Any, factor: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        every = _every(context, builder, args[2], factor, _LONG)
+        return _multiplied_and_added(builder, args[1], every, args[0])
+
+    return _SIXTEEN(total, a, factor), generate
+
+
+@intrinsic
+def _fold16(typing: Any, a: Any, w: Any, x: Any, y: Any, z: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        total = cgutils.get_null_value(_VECTOR)
+        for n, kind in enumerate((w, x, y, z)):
+            four = _picked(builder, args[0], list(range(4 * n, 4 * n + 4)))
+            every = _every(context, builder, args[n + 1], kind, _VECTOR)
+            total = _multiplied_and_added(builder, four, every, total)
+        return total
+
+    return _FOUR(a, w, x, y, z), generate
 
 
 @intrinsic
@@ -192,5 +289,11 @@ _compiled(zero4, lambda: lambda: _zero4())
 _compiled(add4, lambda a, b: lambda a, b: _add4(a, b))
 _compiled(scale4, lambda a, factor: lambda a, factor: _scale4(a, factor))
 _compiled(lane4, lambda a, lane: lambda a, lane: _lane4(a, lane))
+_compiled(load16, lambda array, index: lambda array, index: _load16(array, index))
+_compiled(scale16, lambda a, factor: lambda a, factor: _scale16(a, factor))
+_compiled(
+    add_scaled16, lambda total, a, factor: lambda total, a, factor: _add_scaled16(total, a, factor)
+)
+_compiled(fold16, lambda a, w, x, y, z: lambda a, w, x, y, z: _fold16(a, w, x, y, z))
 _compiled(bits_of, lambda value: lambda value: _bits_of(value))
 _compiled(float_of, lambda bits: lambda bits: _float_of(bits))

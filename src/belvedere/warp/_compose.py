@@ -1,16 +1,22 @@
-"""Kernels that join the layers of several references, and bytes with linear radiance."""
+"""Kernels that join the layers of several references, and turn linear radiance into bytes."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+from numba import types
+from numba.extending import overload
 
-from belvedere.ground.jit import Real, kernel
+from belvedere.ground.jit import Real, inner, kernel
 
 F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
 U1 = npt.NDArray[np.uint8]
 
 ZERO = np.float32(0.0)
+HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 
 
@@ -29,19 +35,67 @@ def decode(color: U1, table: F4, out_linear: F4) -> None:
             out_linear[y, x, 3] = alpha
 
 
+def write_row(linear: F4, table: U1, steps: I4, out_row: Any) -> None:
+    """A row of linear RGBA as a frame has it.
+
+    ``float32`` colours stay linear but for what cubics overshoot below 0 and alpha above 1.
+
+    Args:
+        linear: (width, 4).
+        table: see `ground.color.LINEAR_TO_SRGB8`.
+        steps: (4 width,) to work in.
+        out_row: (width, 3|4) ``uint8`` sRGB or ``float32`` linear.
+    """
+    if out_row.dtype == np.uint8:
+        encode_row(linear, table, steps, out_row)
+    else:
+        copy_row(linear, steps, out_row)
+
+
+@inner
+def encode_row(linear: F4, table: U1, steps: I4, out_row: U1) -> None:
+    """Bytes of a row; see `write_row`."""
+    width, channels = out_row.shape
+    flat, top = linear.reshape(-1), np.float32(table.shape[0] - 1)
+    for i in range(flat.size):
+        value = min(max(flat[i], ZERO), ONE)
+        steps[i] = np.int32(np.sqrt(value) * top + HALF)
+    for x in range(width):
+        at = np.uint64(4 * x)
+        for k in range(3):
+            out_row[x, k] = table[np.uint32(steps[at + np.uint64(k)])]
+        if channels == 4:
+            value = min(max(flat[at + np.uint64(3)], ZERO), ONE)
+            out_row[x, 3] = np.uint8(value * np.float32(255.0) + HALF)
+
+
+@inner
+def copy_row(linear: F4, steps: I4, out_row: F4) -> None:
+    """Linear radiance of a row; see `write_row`."""
+    width, channels = out_row.shape
+    for x in range(width):
+        for k in range(3):
+            out_row[x, k] = max(linear[x, k], ZERO)
+        if channels == 4:
+            out_row[x, 3] = min(max(linear[x, 3], ZERO), ONE)
+
+
+# what kernels compile instead: the one that suits the frame's colours
+overload(write_row, jit_options={"forceinline": True})(
+    lambda linear, table, steps, out_row: (
+        (lambda linear, table, steps, out_row: encode_row(linear, table, steps, out_row))
+        if out_row.dtype == types.uint8
+        else (lambda linear, table, steps, out_row: copy_row(linear, steps, out_row))
+    )
+)
+
+
 @kernel
 def encode(linear: F4, table: U1, out_color: U1) -> None:
     """Bytes (rows, width, 3|4) of linear RGBA; see `ground.color.LINEAR_TO_SRGB8`."""
-    rows, width, channels = out_color.shape
-    top = np.float32(table.shape[0] - 1)
-    for y in range(rows):
-        for x in range(width):
-            for k in range(3):
-                value = min(max(linear[y, x, k], ZERO), ONE)
-                out_color[y, x, k] = table[int(np.sqrt(value) * top + np.float32(0.5))]
-            if channels == 4:
-                value = min(max(linear[y, x, 3], ZERO), ONE)
-                out_color[y, x, 3] = np.uint8(value * np.float32(255.0) + np.float32(0.5))
+    steps = np.empty(4 * linear.shape[1], np.int32)
+    for y in range(linear.shape[0]):
+        encode_row(linear[y], table, steps, out_color[y])
 
 
 @kernel

@@ -6,11 +6,25 @@ colour is read there, with taps that stay on that surface, instead of being push
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.ground.simd import Four, add4, load4, scale4, store4, zero4
+from belvedere.ground.simd import (
+    Four,
+    add4,
+    add_scaled16,
+    fold16,
+    load4,
+    load16,
+    scale4,
+    scale16,
+    store4,
+    zero4,
+)
+from belvedere.warp._compose import write_row
 from belvedere.warp._edges import INTACT, SMOOTH
 from belvedere.warp._surface import UNSURE, is_unsure, marked
 
@@ -24,7 +38,7 @@ HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 TWO, THREE = np.float32(2.0), np.float32(3.0)
 FOUR, FIVE = np.float32(4.0), np.float32(5.0)
-HOLE = np.float32(-1.0)
+HOLE, NAN = np.float32(-1.0), np.float32(np.nan)
 EIGHT = 8
 """Flags that are passed over at once where all are 0."""
 CHUNK = 64
@@ -360,17 +374,12 @@ def land_back(
 @inner
 def bicubic(color: F4, corner: int, stride: int, taps: F4, i: int) -> Four:
     """Colour of pixel i of a chunk, in the cell whose upper left sample is number ``corner``."""
-    a, b, c, d = taps[3, i], taps[4, i], taps[5, i], taps[6, i]
     first = corner - stride - 1
-    upper = add4(
-        scale4(mix_row(color, first, a, b, c, d), taps[7, i]),
-        scale4(mix_row(color, first + stride, a, b, c, d), taps[8, i]),
-    )
-    lower = add4(
-        scale4(mix_row(color, first + 2 * stride, a, b, c, d), taps[9, i]),
-        scale4(mix_row(color, first + 3 * stride, a, b, c, d), taps[10, i]),
-    )
-    return add4(upper, lower)
+    rows = scale16(load16(color, first), taps[7, i])
+    rows = add_scaled16(rows, load16(color, first + stride), taps[8, i])
+    rows = add_scaled16(rows, load16(color, first + 2 * stride), taps[9, i])
+    rows = add_scaled16(rows, load16(color, first + 3 * stride), taps[10, i])
+    return fold16(rows, taps[3, i], taps[4, i], taps[5, i], taps[6, i])
 
 
 @inner
@@ -460,7 +469,8 @@ def careful(
 @kernel
 def look_up(
     back: F4, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4, row_low: int,
-    nearness: Real, surface_tolerance: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
+    nearness: Real, surface_tolerance: Real, tap_tolerance: Real, first: bool, out_color: F4,
+    out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
@@ -476,27 +486,33 @@ def look_up(
         nearness: weight of this reference.
         surface_tolerance: relative difference of layer and front that are one surface.
         tap_tolerance: relative difference of samples that may be mixed.
+        first: whether sums begin here, whatever the outputs hold.
         out_color: (rows, width, 4) sum.
         out_weight: (rows, width) sum.
     """
     rows, width = front.shape
-    height, stride = disparity.shape
-    keep = np.float32(1.0) - np.float32(surface_tolerance)
-    tap = np.float32(tap_tolerance)
-    own = np.float32(nearness)
-    weights = np.empty((2, 4), np.float32)
+    height, stride = links.shape
+    keep, own = ONE - np.float32(surface_tolerance), np.float32(nearness)
+    tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
     taps, corners = np.zeros((11, CHUNK), np.float32), np.zeros(CHUNK, np.int32)
-    ramp = np.arange(CHUNK).astype(np.float32)
-    flat_links = links.reshape(-1)
+    ramp, shown = np.arange(CHUNK).astype(np.float32), np.zeros(CHUNK, np.uint8)
+    flat_links, flat_weight = links.reshape(-1), out_weight.reshape(-1)
     for y in range(rows):
         y4 = np.float32(y + row_low)
         for x_low in range(0, width, CHUNK):
             count = min(CHUNK, width - x_low)
-            land_back(back, y4, x_low, front[y, x_low:], count, ramp, taps, corners, stride, height)
+            shows, ends, at = front[y, x_low:], edge[y, x_low:], center[y, x_low:]
+            land_back(back, y4, x_low, shows, count, ramp, taps, corners, stride, height)
             for i in range(count):
-                x = x_low + i
-                delta = front[y, x]
-                if delta < ZERO or max(center[y, x], edge[y, x]) < delta * keep:
+                delta = shows[i]
+                shown[i] = np.uint8((delta >= ZERO) & (max(at[i], ends[i]) >= delta * keep))
+            begin = y * width + x_low
+            if first:
+                for i in range(count):
+                    flat_weight[np.uint64(begin + i)] = ZERO
+                    store4(out_color, begin + i, zero4())
+            for i in range(count):
+                if not shown[i]:
                     continue
                 corner = corners[i]
                 if corner >= 0 and flat_links[np.uint32(corner)] & SMOOTH:
@@ -507,37 +523,49 @@ def look_up(
                         continue
                     value, sees = careful(color, disparity, u, v, taps[2, i], tap, weights)
                     weight = own * EDGE_WEIGHT * sees
-                index = y * width + x
+                index = begin + i
                 store4(out_color, index, add4(load4(out_color, index), scale4(value, weight)))
-                out_weight[y, x] += weight
+                flat_weight[np.uint64(index)] += weight
 
 
 @kernel
 def look_up_behind(
-    back: F4, color: F4, disparity: F4, index: I4, behind: F4, count: int, width: int,
+    back: F4, color: F4, disparity: F4, index: I4, delta: F4, count: int, width: int,
     row_low: int, nearness: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """As `look_up`, for what is behind the nearest surface in some pixels.
 
-    index and behind are (count,) as from `merge_layers`; out_color (count, 4), out_weight (count,).
+    Args:
+        back: (12,) matrix from the desired view to this reference.
+        color: (H, W, 4) linear.
+        disparity: (H, W).
+        index: (count,) pixels, ``y * width + x``.
+        delta: (count,) disparities there, -1 = unknown.
+        count: how many.
+        width: of the desired view.
+        row_low: desired row of pixel 0.
+        nearness: weight of this reference.
+        tap_tolerance: relative difference of samples that may be mixed.
+        out_color: (count, 4) sum.
+        out_weight: (count,) sum.
     """
     height, stride = disparity.shape
     tap = np.float32(tap_tolerance)
     weights = np.empty((2, 4), np.float32)
     for k in range(count):
-        delta = behind[k]
-        if delta < ZERO:
+        own = delta[k]
+        if own < ZERO:
             continue
         x4, y4 = np.float32(index[k] % width), np.float32(index[k] // width + row_low)
-        t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
+        t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * own
         if not t > ZERO:
             continue
         scale = ONE / t
-        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * own) * scale
+        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * own) * scale
         if not (u > -TWO and v > -TWO and u < stride + ONE and v < height + ONE):
             continue
-        value, sees = careful(color, disparity, u, v, delta * scale, tap, weights)
+        value, sees = careful(color, disparity, u, v, own * scale, tap, weights)
         weight = np.float32(nearness) * sees
         store4(out_color, k, add4(load4(out_color, k), scale4(value, weight)))
         out_weight[k] += weight
@@ -549,59 +577,78 @@ def plain(delta: Real) -> Real:
     return delta if delta > FAINT else ZERO
 
 
-@kernel
-def divide(total: F4, total_weight: F4, out_color: F4, out_disparity: F4, out_coverage: F4) -> None:
-    """Means of what was added; a pixel that no reference gave a colour is uncovered.
-
-    out_disparity holds what is shown, -1 = none.
-    """
-    rows, width = out_disparity.shape
-    for y in range(rows):
-        for x in range(width):
-            weight, index = total_weight[y, x], y * width + x
-            known = weight > ZERO
-            scale = ONE / weight if known else ZERO
-            store4(out_color, index, scale4(load4(total, index), scale))
-            out_disparity[y, x] = plain(out_disparity[y, x]) if known else HOLE
-            out_coverage[y, x] = ONE if known else ZERO
-
-
-@kernel
-def blend_behind(
-    index: I4, behind: F4, count: int, first: int, alpha: F4, total: F4, total_weight: F4,
-    out_color: F4, out_disparity: F4, out_coverage: F4,
+@inner
+def blend_partly(
+    k: int, place: int, share: Real, behind: F4, below: F4, below_weight: F4, color: F4,
+    disparity: F4, coverage: F4,
 ) -> None:  # fmt: skip
     """Let what is behind show in the part of a pixel that the nearest surface leaves free.
 
+    Arguments as of `finish_rows`; color, disparity and coverage are one row's, and hold what the
+    nearest surface shows.
+    """
+    weight = below_weight[k]
+    if weight > ZERO:
+        if coverage[place] > ZERO:
+            rest = scale4(load4(below, k), (ONE - share) / weight)
+            store4(color, place, add4(scale4(load4(color, place), share), rest))
+        else:
+            store4(color, place, scale4(load4(below, k), ONE / weight))
+        if share < HALF or not coverage[place] > ZERO:
+            disparity[place] = plain(behind[k])
+        coverage[place] = ONE
+    elif share < HALF:
+        coverage[place], disparity[place] = ZERO, HOLE
+        store4(color, place, zero4())
+    elif coverage[place] > ZERO:
+        coverage[place] = share
+
+
+@kernel
+def finish_rows(
+    total: F4, total_weight: F4, front: F4, alpha: F4, index: I4, behind: F4, count: int,
+    halo: int, below: F4, below_weight: F4, table: U1, out_color: Any, out_disparity: F4,
+    out_coverage: F4,
+) -> None:  # fmt: skip
+    """Make the frame's rows of what was added up.
+
     Args:
-        index: (count,) pixels, counted with the halo.
-        behind: (count,) what is behind.
+        total: (rows, width, 4) sum of colours times weights, written over.
+        total_weight: (rows, width) sum of the weights; 0 where nothing is known.
+        front: (rows, width) disparity of the nearest surface.
+        alpha: (rows with halo, width) how much of the pixel it covers.
+        index: (count,) pixels that it does not cover whole, in order, counted with the halo.
+        behind: (count,) disparity of what is behind it there.
         count: how many.
-        first: rows of the halo above the first row of the outputs.
-        alpha: (rows with halo, width) what the nearest surface covers.
-        total: (count, 4) from `look_up_behind`.
-        total_weight: (count,).
-        out_color: (rows, width, 4) linear.
-        out_disparity: (rows, width).
+        halo: rows above the first.
+        below: (count, 4) sum of colours times weights of what is behind.
+        below_weight: (count,) sum of the weights.
+        table: bytes of linear radiance, `ground.color.LINEAR_TO_SRGB8`.
+        out_color: (rows, width, 3|4) ``uint8`` sRGB or ``float32`` linear.
+        out_disparity: (rows, width), NaN where nothing is known.
         out_coverage: (rows, width).
     """
-    rows, width = out_disparity.shape
-    for k in range(count):
-        y, x = index[k] // width - first, index[k] % width
-        if y < 0 or y >= rows:
-            continue
-        share, weight, place = alpha[y + first, x], total_weight[k], y * width + x
-        if weight > ZERO:
-            below = scale4(load4(total, k), (ONE - share) / weight)
-            if out_coverage[y, x] > ZERO:
-                store4(out_color, place, add4(scale4(load4(out_color, place), share), below))
-            else:
-                store4(out_color, place, scale4(load4(total, k), ONE / weight))
-            if share < HALF or not out_coverage[y, x] > ZERO:
-                out_disparity[y, x] = plain(behind[k])
-            out_coverage[y, x] = ONE
-        elif share < HALF:
-            out_coverage[y, x], out_disparity[y, x] = ZERO, HOLE
-            store4(out_color, place, zero4())
-        elif out_coverage[y, x] > ZERO:
-            out_coverage[y, x] = share
+    rows, width = front.shape
+    steps = np.empty(4 * width, np.int32)
+    k = 0
+    while k < count and index[k] < halo * width:
+        k += 1
+    for y in range(rows):
+        end = (y + halo + 1) * width
+        color, disparity, coverage = total[y], out_disparity[y], out_coverage[y]
+        for x in range(width):
+            weight = total_weight[y, x]
+            known = weight > ZERO
+            store4(color, x, scale4(load4(color, x), ONE / weight if known else ZERO))
+            disparity[x] = plain(front[y, x]) if known else HOLE
+            coverage[x] = ONE if known else ZERO
+        while k < count and index[k] < end:
+            x = index[k] % width
+            share = alpha[y + halo, x]
+            blend_partly(k, x, share, behind, below, below_weight, color, disparity, coverage)
+            k += 1
+        for x in range(width):
+            disparity[x] = disparity[x] if disparity[x] >= ZERO else NAN
+        write_row(color, table, steps, out_color[y])
+
+

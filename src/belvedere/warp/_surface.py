@@ -38,6 +38,8 @@ would let a sample near the eye paint the whole view."""
 HOLE = np.float32(-1.0)
 RUN = TILE
 """Cells of a run, at most."""
+EIGHT = 8
+"""Flags that are passed over at once where all are 0."""
 SURE, UNSURE = np.uint32(0), np.uint32(1)
 
 
@@ -54,6 +56,12 @@ def is_unsure(delta: Real) -> bool:
 
 
 @inner
+def is_cut(edge: Real) -> bool:
+    """Whether an edge is known to run through a pixel, from what it holds of surfaces near edges."""
+    return is_unsure(edge) and edge >= ZERO
+
+
+@inner
 def up(x: Real) -> int:
     """The whole number next above, of x >= 0; `np.ceil` of one number is a function call."""
     whole = int(x)
@@ -62,13 +70,13 @@ def up(x: Real) -> int:
 
 @inner
 def land_row(
-    w: F4, row: F4, v: int, u_low: int, count: int, ramp: F4, out_x: F4, out_y: F4, out_z: F4
+    w: F4, disparity: F4, v: int, u_low: int, count: int, ramp: F4, out_x: F4, out_y: F4, out_z: F4
 ) -> None:
-    """Where samples of row v land, and their warped disparities; NaN behind the eye.
+    """Where ``count`` samples of row v from column u_low on land, and their warped disparities.
 
-    They are the first ``count`` of row, which begins in column u_low. ramp is 0, 1, 2, ...:
-    counting in whole numbers does not vectorise well.
+    NaN behind the eye. ramp is 0, 1, 2, ...: counting in whole numbers does not vectorise well.
     """
+    row = disparity[v, u_low:]
     v4, u4 = np.float32(v), np.float32(u_low)
     r0, s0, t0 = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
     for i in range(count):
@@ -82,29 +90,32 @@ def land_row(
 
 @inner
 def misses_rows(ya: F4, yb: F4, count: int, first: int, end: int) -> bool:
-    """Whether no cell of a run, nor a broken one continued by its own height, meets the rows."""
-    low, high, tall = np.float32(np.inf), np.float32(-np.inf), ZERO
+    """Whether no cell between two rows of samples, which land at ya and yb, meets the rows.
+
+    In whole numbers, whose least and greatest are found many at once.
+    """
+    low, high, strange = np.int32(1 << 30), np.int32(-(1 << 30)), np.int32(0)
     for i in range(count):
-        low, high = min(low, ya[i], yb[i]), max(high, ya[i], yb[i])
-        tall = max(tall, abs(yb[i] - ya[i]))
-        if not abs(ya[i] + yb[i]) < np.float32(1e9):
-            return False  # behind the eye, or missing
-    for i in range(count - 1):
-        tall = max(tall, abs(ya[i + 1] - ya[i]))
-    margin = TWO + tall
-    return bool(high + margin < np.float32(first)) or bool(low - margin > np.float32(end))
+        a, b = ya[i], yb[i]
+        good = abs(a) + abs(b) < np.float32(1e9)  # neither behind the eye nor missing
+        upper, lower = np.int32(a if good else ZERO), np.int32(b if good else ZERO)
+        low = min(low, min(upper, lower))
+        high = max(high, max(upper, lower))
+        strange |= np.int32(not good)
+    return strange == 0 and (high + 2 < first or low - 2 > end)
 
 
 @inner
 def test_quads(
     xa: F4, ya: F4, za: F4, xb: F4, yb: F4, zb: F4, xc: F4, yc: F4, zc: F4, xd: F4, yd: F4, zd: F4,
-    drawn: U1, mark: Real, width: int, last: int, row_low: int, first: int, end: int,
-    setup: F4, out_place: I4, out_z: F4, out_span: I4,
+    drawn: U1, mark: Real, width: int, row_low: int, first: int, end: int,
+    out_corner: F4, out_z: F4, out_place: I4, out_hits: I4, out_span: I4,
 ) -> None:  # fmt: skip
     """Which of the first 2 x 2 pixel centres in its bounds each of RUN quads covers.
 
     A quad mostly holds one centre or none, so many are tested at once. Straight-line arithmetic on
-    purpose: it vectorises.
+    purpose: it vectorises. Barycentric coordinates and disparity are affine: they are computed at
+    the upper left centre and stepped to the other three.
 
     Args:
         xa: (RUN,) where the upper left corners land.
@@ -120,73 +131,111 @@ def test_quads(
         yd: ...
         zd: ...
         drawn: (RUN,) 0 where there is nothing to draw.
-        mark: lowest bit of the disparities, see `sure`.
+        mark: lowest bit of the disparities, `SURE` or `UNSURE`.
         width: of the desired view.
-        last: index of the band's last pixel.
         row_low: first row of the band.
         first: first row to paint.
         end: row after the last.
-        setup: (10, RUN) to work in; the first two are the upper left centre.
-        out_place: (4, RUN) flat index of the four centres; any other where the quad misses it.
-        out_z: (4, RUN) disparity there, -1 where the quad does not cover it or has more of them.
+        out_corner: (2, RUN) column and row of the upper left centre.
+        out_z: (5, RUN) disparity at the four centres, -1 where the quad does not cover one or has
+            more of them; then that of the first it covers.
+        out_place: (2, RUN) flat index in the band of the upper left centre, which may lie outside;
+            and of the first that is covered, if any is.
+        out_hits: (RUN,) how many are covered.
         out_span: (RUN,) centres across and down, the larger; 0 for none; -1 for a quad that is not
             drawn, behind the eye, or too large.
     """
+    right, top_most = np.float32(width - 1), np.float32(first)
+    bottom = np.float32(end - 1)
     for i in range(RUN):
         x00, x01, x10, x11 = xa[i], xb[i], xc[i], xd[i]
         y00, y01, y10, y11 = ya[i], yb[i], yc[i], yd[i]
-        x_low, x_high = min(x00, x01, x10, x11), max(x00, x01, x10, x11)
-        y_low, y_high = min(y00, y01, y10, y11), max(y00, y01, y10, y11)
+        x_low, x_high = min(min(x00, x01), min(x10, x11)), max(max(x00, x01), max(x10, x11))
+        y_low, y_high = min(min(y00, y01), min(y10, y11)), max(max(y00, y01), max(y10, y11))
         left, top = np.ceil(x_low - REACH), np.ceil(y_low - REACH)
         across, down = np.floor(x_high + REACH) - left, np.floor(y_high + REACH) - top
         total = x00 + x01 + x10 + x11
         whole = total - total == ZERO  # no corner is behind the eye
-        outside = (left + across < ZERO) | (left > np.float32(width - 1))
-        outside |= (top + down < np.float32(first)) | (top > np.float32(end - 1))
+        outside = (left + across < ZERO) | (left > right)
+        outside |= (top + down < top_most) | (top > bottom)
         span = max(across, down) + ONE
         small = whole & (span <= LARGEST_CELL) & (drawn[i] != 0)
         fits = small & (across >= ZERO) & (down >= ZERO) & (not outside)
-        out_span[i] = np.int32(span) if fits else (np.int32(0) if small else np.int32(-1))
         few = fits & (span <= TWO)
-        setup[0, i] = left if fits else ZERO
-        setup[1, i] = top if fits else ZERO
+        out_span[i] = np.int32(span) if fits else (np.int32(0) if small else np.int32(-1))
+        left, top = left if fits else ZERO, top if fits else ZERO
+        out_corner[0, i], out_corner[1, i] = left, top
         bx, by, cx, cy = x01 - x00, y01 - y00, x10 - x00, y10 - y00
         ex, ey, fx, fy = x10 - x11, y10 - y11, x01 - x11, y01 - y11
         area, other = bx * cy - cx * by, ex * fy - fx * ey
         # seen from behind or edge on: no barycentric coordinate of it is inside
         scale = ONE / area if (area > ZERO) & few else NAN
         scale2 = ONE / other if (other > ZERO) & few else NAN
-        setup[2, i], setup[3, i] = bx * scale, by * scale
-        setup[4, i], setup[5, i] = cx * scale, cy * scale
-        setup[6, i], setup[7, i] = ex * scale2, ey * scale2
-        setup[8, i], setup[9, i] = fx * scale2, fy * scale2
-    for n in range(4):
-        dx, dy = np.float32(n & 1), np.float32(n >> 1)
-        for i in range(RUN):
-            x, y = setup[0, i] + dx, setup[1, i] + dy
-            px, py, qx, qy = x - xa[i], y - ya[i], x - xd[i], y - yd[i]
-            wb, wc = px * setup[5, i] - setup[4, i] * py, setup[2, i] * py - px * setup[3, i]
-            wd, we = qx * setup[9, i] - setup[8, i] * qy, setup[6, i] * qy - qx * setup[7, i]
-            upper = za[i] + wb * (zb[i] - za[i]) + wc * (zc[i] - za[i])
-            lower = zd[i] + wd * (zc[i] - zd[i]) + we * (zb[i] - zd[i])
-            in_upper = (wb >= SLACK) & (wc >= SLACK) & (ONE - wb - wc >= SLACK)
-            in_lower = (wd >= SLACK) & (we >= SLACK) & (ONE - wd - we >= SLACK)
-            shown = (x >= ZERO) & (x <= np.float32(width - 1))
-            shown &= (y >= np.float32(first)) & (y <= np.float32(end - 1))
-            z = max(upper if in_upper else lower, ZERO)
-            hit = (in_upper | in_lower) & shown
-            out_z[n, i] = marked(z, mark) if hit else HOLE
-            place = np.int32((np.int32(y) - np.int32(row_low)) * np.int32(width) + np.int32(x))
-            out_place[n, i] = place if hit else np.int32(min(i, last))
+        bx, by, cx, cy = bx * scale, by * scale, cx * scale, cy * scale
+        ex, ey, fx, fy = ex * scale2, ey * scale2, fx * scale2, fy * scale2
+        px, py, qx, qy = left - x00, top - y00, left - x11, top - y11
+        wb, wc = px * cy - cx * py, bx * py - px * by
+        wd, we = qx * fy - fx * qy, ex * qy - qx * ey
+        zb4, zc4, zd4, ze4 = zb[i] - za[i], zc[i] - za[i], zc[i] - zd[i], zb[i] - zd[i]
+        upper, lower = za[i] + wb * zb4 + wc * zc4, zd[i] + wd * zd4 + we * ze4
+        upper_x, upper_y = cy * zb4 - by * zc4, bx * zc4 - cx * zb4
+        lower_x, lower_y = fy * zd4 - ey * ze4, ex * ze4 - fx * zd4
+        in_left, in_right = left >= ZERO, left + ONE <= right
+        in_top, in_bottom = top >= top_most, top + ONE <= bottom
+        in_left, in_right = in_left & (left <= right), in_right & (left + ONE >= ZERO)
+        in_top, in_bottom = in_top & (top <= bottom), in_bottom & (top + ONE >= top_most)
+        hit0 = (min(wb, wc, ONE - wb - wc) >= SLACK) & in_left & in_top
+        low0 = (min(wd, we, ONE - wd - we) >= SLACK) & in_left & in_top
+        z0 = max(upper if hit0 else lower, ZERO)
+        wb1, wc1, wd1, we1 = wb + cy, wc - by, wd + fy, we - ey
+        hit1 = (min(wb1, wc1, ONE - wb1 - wc1) >= SLACK) & in_right & in_top
+        low1 = (min(wd1, we1, ONE - wd1 - we1) >= SLACK) & in_right & in_top
+        z1 = max(upper + upper_x if hit1 else lower + lower_x, ZERO)
+        wb2, wc2, wd2, we2 = wb - cx, wc + bx, wd - fx, we + ex
+        hit2 = (min(wb2, wc2, ONE - wb2 - wc2) >= SLACK) & in_left & in_bottom
+        low2 = (min(wd2, we2, ONE - wd2 - we2) >= SLACK) & in_left & in_bottom
+        z2 = max(upper + upper_y if hit2 else lower + lower_y, ZERO)
+        wb3, wc3, wd3, we3 = wb1 - cx, wc1 + bx, wd1 - fx, we1 + ex
+        hit3 = (min(wb3, wc3, ONE - wb3 - wc3) >= SLACK) & in_right & in_bottom
+        low3 = (min(wd3, we3, ONE - wd3 - we3) >= SLACK) & in_right & in_bottom
+        z3 = max(upper + upper_x + upper_y if hit3 else lower + lower_x + lower_y, ZERO)
+        hit0, hit1, hit2, hit3 = hit0 | low0, hit1 | low1, hit2 | low2, hit3 | low3
+        z0, z1 = marked(z0, mark) if hit0 else HOLE, marked(z1, mark) if hit1 else HOLE
+        z2, z3 = marked(z2, mark) if hit2 else HOLE, marked(z3, mark) if hit3 else HOLE
+        out_z[0, i], out_z[1, i], out_z[2, i], out_z[3, i] = z0, z1, z2, z3
+        out_z[4, i] = z0 if hit0 else z1 if hit1 else z2 if hit2 else z3
+        wide = np.int32(width)
+        base = np.int32((np.int32(top) - np.int32(row_low)) * wide + np.int32(left))
+        step = np.int32(0) if hit0 else np.int32(1) if hit1 else wide if hit2 else wide + np.int32(1)
+        out_place[0, i] = base
+        out_place[1, i] = base + np.int32(step) if hit0 | hit1 | hit2 | hit3 else np.int32(0)
+        out_hits[i] = (
+            np.int32(hit0) + np.int32(hit1) + np.int32(hit2) + np.int32(hit3)
+        )
 
 
 @inner
-def paint_quads(places: I4, zs: F4, flat: F4) -> None:
-    """The nearer of what is there and what `test_quads` found; -1 changes nothing."""
-    for n in range(4):
-        for i in range(RUN):
-            place = np.uint32(places[n, i])
-            flat[place] = max(flat[place], zs[n, i])
+def paint_quads(z: F4, place: I4, hits: I4, width: int, more: U1, flat: F4) -> None:
+    """The nearer of what is there and what `test_quads` found; -1 changes nothing.
+
+    more is (RUN,) to work in.
+    """
+    for i in range(RUN):
+        more[i] = np.uint8(hits[i] > 1)
+    for i in range(RUN):
+        at = np.uint32(place[1, i])
+        flat[at] = max(flat[at], z[4, i])
+    eights = more.view(np.uint64)
+    for e in range(RUN // EIGHT):
+        if eights[e] == 0:
+            continue
+        for i in range(EIGHT * e, EIGHT * e + EIGHT):
+            if not more[i]:
+                continue
+            for n in range(1, 4):
+                if z[n, i] >= ZERO:
+                    at = np.uint32(place[0, i] + (n & 1) + (n >> 1) * width)
+                    flat[at] = max(flat[at], z[n, i])
 
 
 @inner
@@ -227,8 +276,8 @@ def mask_quad(
     A surface that is clearly nearer than what the pixel holds starts its mask anew; one clearly
     behind leaves no trace. Corners are a, b above and c, d below; disparity is that of the plane
     through a, b and c, at the pixel's centre or the nearest corner. It is marked `UNSURE` as soon
-    as a part of a broken cell is among what the pixel holds: else no edge runs through it. steps is
-    (4, 16) to work in.
+    as a part of a broken cell is among what the pixel holds: else no edge runs through it, and an
+    intact cell leaves it alone. steps is (4, 16) to work in.
     """
     bx, by, cx, cy = xb - xa, yb - ya, xc - xa, yc - ya
     area = bx * cy - cx * by
@@ -241,6 +290,13 @@ def mask_quad(
     right = int(min(x_high, np.float32(width - 1)))
     top = up(max(min(ya, yb, yc, yd) - HALF, np.float32(first)))
     bottom = int(min(y_high, np.float32(end - 1)))
+    if mark == SURE:
+        cut = False
+        for y in range(top, bottom + 1):
+            for x in range(left, right + 1):
+                cut |= is_cut(out_edge[y - row_low, x])
+        if not cut:
+            return
     scale = ONE / area
     zb, zc = zb - za, zc - za
     z_low, z_high = min(za, za + zb, za + zc, za + zb + zc), max(za, za + zb, za + zc, za + zb + zc)
@@ -326,9 +382,12 @@ def draw_parts(
     width = out.shape[1]
     flat, flat_ends = out.reshape(-1), ends.reshape(-1)
     q = np.full((12, RUN), NAN, np.float32)
-    setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
-    places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
-    drawn, steps = np.zeros(RUN, np.uint8), np.zeros((4, 16), np.float32)
+    corner, zs = np.zeros((2, RUN), np.float32), np.zeros((5, RUN), np.float32)
+    places, hits, spans = (
+        np.zeros((2, RUN), np.int32), np.zeros(RUN, np.int32), np.zeros(RUN, np.int32)
+    )  # fmt: skip
+    drawn, more = np.zeros(RUN, np.uint8), np.zeros(RUN, np.uint8)
+    steps = np.zeros((4, 16), np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
             continue
@@ -342,9 +401,9 @@ def draw_parts(
                 drawn[i] = i < count
             test_quads(
                 q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10], q[11], drawn,
-                UNSURE, width, flat.size - 1, row_low, first, end, setup, places, zs, spans,
+                UNSURE, width, row_low, first, end, corner, zs, places, hits, spans,
             )  # fmt: skip
-            paint_quads(places, zs, flat)
+            paint_quads(zs, places, hits, width, more, flat)
             for i in range(count):
                 if spans[i] < 0:
                     continue
@@ -357,7 +416,7 @@ def draw_parts(
                 if spans[i] > 2:
                     draw_large(
                         q[0, i], q[1, i], q[2, i], q[3, i], q[4, i], q[5, i], q[6, i], q[7, i],
-                        q[8, i], q[9, i], q[10, i], q[11, i], setup[0, i], setup[1, i], spans[i],
+                        q[8, i], q[9, i], q[10, i], q[11, i], corner[0, i], corner[1, i], spans[i],
                         width, row_low, first, end, UNSURE, out,
                     )  # fmt: skip
             begin += count
@@ -386,41 +445,55 @@ def draw_surface(
     rows, stride = disparity.shape
     width = out.shape[1]
     flat = out.reshape(-1)
-    corners = np.zeros((6, RUN + 1), np.float32)
-    xa, ya, za, xb, yb, zb = corners[0], corners[1], corners[2], corners[3], corners[4], corners[5]
-    setup, zs = np.zeros((10, RUN), np.float32), np.zeros((4, RUN), np.float32)
-    places, spans = np.zeros((4, RUN), np.int32), np.zeros(RUN, np.int32)
-    drawn, steps = np.zeros(RUN, np.uint8), np.zeros((4, 16), np.float32)
+    ends = np.zeros((6, RUN + 1), np.float32)
+    xa, ya, za, xb, yb, zb = ends[0], ends[1], ends[2], ends[3], ends[4], ends[5]
+    corner, zs = np.zeros((2, RUN), np.float32), np.zeros((5, RUN), np.float32)
+    places, hits, spans = (
+        np.zeros((2, RUN), np.int32), np.zeros(RUN, np.int32), np.zeros(RUN, np.int32)
+    )  # fmt: skip
+    drawn, more = np.zeros(RUN, np.uint8), np.zeros(RUN, np.uint8)
+    eights, steps = more.view(np.uint64), np.zeros((4, 16), np.float32)
     ramp = np.arange(RUN + 1).astype(np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
             continue
         first, end = max(tiles[n, 6], row_low), min(tiles[n, 7], row_high)
+        straddles = tiles[n, 6] < row_low or tiles[n, 7] > row_high
         u_low = tiles[n, 0]
         across = min(tiles[n, 1], stride - 1) - u_low
+        land_row(w, disparity, tiles[n, 3], u_low, across + 1, ramp, xb, yb, zb)
         for v in range(tiles[n, 3], min(tiles[n, 4], rows - 1)):
-            land_row(w, disparity[v, u_low:], v, u_low, across + 1, ramp, xa, ya, za)
-            land_row(w, disparity[v + 1, u_low:], v + 1, u_low, across + 1, ramp, xb, yb, zb)
-            if misses_rows(ya, yb, across + 1, first, end):
+            for i in range(RUN + 1):
+                xa[i], ya[i], za[i] = xb[i], yb[i], zb[i]
+            land_row(w, disparity, v + 1, u_low, across + 1, ramp, xb, yb, zb)
+            if straddles and misses_rows(ya, yb, across + 1, first, end):
                 continue
             row = links[v, u_low:]
             for i in range(RUN):
                 drawn[i] = row[i] & INTACT if i < across else 0
             test_quads(
                 xa, ya, za, xa[1:], ya[1:], za[1:], xb, yb, zb, xb[1:], yb[1:], zb[1:], drawn,
-                SURE, width, flat.size - 1, row_low, first, end, setup, places, zs, spans,
+                SURE, width, row_low, first, end, corner, zs, places, hits, spans,
             )  # fmt: skip
-            paint_quads(places, zs, flat)
-            for i in range(across):
-                if row[i] & RIM and spans[i] >= 0:
-                    mask_quad(
-                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
-                        xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE, steps,
-                        out_edge, out_mask,
-                    )  # fmt: skip
-                if spans[i] > 2:
-                    draw_large(
-                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
-                        xb[i + 1], yb[i + 1], zb[i + 1], setup[0, i], setup[1, i], spans[i],
-                        width, row_low, first, end, SURE, out,
-                    )  # fmt: skip
+            paint_quads(zs, places, hits, width, more, flat)
+            for i in range(RUN):
+                rim = i < across and row[i] & RIM != 0
+                more[i] = np.uint8((rim & (spans[i] >= 0)) | (spans[i] > 2))
+            for e in range(RUN // EIGHT):
+                if eights[e] == 0:
+                    continue
+                for i in range(EIGHT * e, EIGHT * e + EIGHT):
+                    if not more[i]:
+                        continue
+                    if row[i] & RIM:
+                        mask_quad(
+                            xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i],
+                            zb[i], xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE,
+                            steps, out_edge, out_mask,
+                        )  # fmt: skip
+                    if spans[i] > 2:
+                        draw_large(
+                            xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i],
+                            zb[i], xb[i + 1], yb[i + 1], zb[i + 1], corner[0, i], corner[1, i],
+                            spans[i], width, row_low, first, end, SURE, out,
+                        )  # fmt: skip

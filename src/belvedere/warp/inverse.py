@@ -13,10 +13,12 @@ offset-buffer-warping 7 for un-mixed edges.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.scratch import scratch
 from belvedere.warp.prepare import EDGE_TOLERANCE
 from belvedere.warp.reconstruct import Passage
@@ -32,7 +34,7 @@ def paint_inverse(
     passages: Sequence[Passage],
     weights: F4,
     rows: tuple[int, int],
-    color: F4,
+    color: npt.NDArray[Any],
     disparity: F4,
     coverage: F4,
 ) -> None:
@@ -42,8 +44,8 @@ def paint_inverse(
         passages: one per reference, the nearest first.
         weights: (n,) how much each counts.
         rows: of the desired view.
-        color: (rows, W, 4) linear, written.
-        disparity: (rows, W), -1 where nothing is known.
+        color: (rows, W, 3|4) of the references' type, written.
+        disparity: (rows, W), NaN where nothing is known.
         coverage: (rows, W).
 
     Memory: 36 bytes and 10 more for each reference, a pixel of the rows.
@@ -51,7 +53,7 @@ def paint_inverse(
     from belvedere.warp import _lookup, _surface
 
     low, high = max(rows[0] - HALO, 0), min(rows[1] + HALO, passages[0].height)
-    count, size = len(passages), (high - low, color.shape[1])
+    count, size = len(passages), (high - low, disparity.shape[1])
     options = passages[0].options
     tolerance = options.surface_tolerance
     centers = scratch("inverse centers", (count, *size), np.float32)
@@ -62,9 +64,6 @@ def paint_inverse(
     for n, passage in enumerate(passages):
         parts = passage.silhouettes.parts
         layer = centers[n], edges[n], masks[n]
-        _surface.draw_surface(
-            passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
-        )
         _surface.draw_parts(
             passage.w,
             parts.corners,
@@ -75,6 +74,9 @@ def paint_inverse(
             high,
             tolerance,
             *layer,
+        )
+        _surface.draw_surface(
+            passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
         )
     if count > 1 and options.composite == "nearest":
         _lookup.keep_nearest_reference(centers, edges)
@@ -98,14 +100,12 @@ def paint_inverse(
         centers, edges, masks, weights, tolerance, front, alpha, index, behind
     )
     core = slice(rows[0] - low, rows[1] - low)
-    total = scratch("inverse total", (*color.shape[:2], 4), np.float32)
-    total_weight = scratch("inverse weight", color.shape[:2], np.float32)
-    total.fill(0.0)
-    total_weight.fill(0.0)
-    total_behind = scratch("inverse total behind", (partial + 1, 4), np.float32)
-    weight_behind = scratch("inverse weight behind", (partial + 1,), np.float32)
-    total_behind.fill(0.0)
-    weight_behind.fill(0.0)
+    total = scratch("inverse total", (*disparity.shape, 4), np.float32)
+    total_weight = scratch("inverse weight", disparity.shape, np.float32)
+    below = scratch("inverse below", (partial + 1, 4), np.float32)
+    below_weight = scratch("inverse below weight", (partial + 1,), np.float32)
+    below.fill(0.0)
+    below_weight.fill(0.0)
     for n, passage in enumerate(passages):
         clean = passage.silhouettes.color
         _lookup.look_up(
@@ -120,6 +120,7 @@ def paint_inverse(
             weights[n],
             tolerance,
             EDGE_TOLERANCE,
+            n == 0,
             total,
             total_weight,
         )
@@ -134,19 +135,21 @@ def paint_inverse(
             low,
             weights[n],
             EDGE_TOLERANCE,
-            total_behind,
-            weight_behind,
+            below,
+            below_weight,
         )
-    disparity[:] = front[core]
-    _lookup.divide(total, total_weight, color, disparity, coverage)
-    _lookup.blend_behind(
+    _lookup.finish_rows(
+        total,
+        total_weight,
+        front[core],
+        alpha,
         index,
         behind,
         partial,
         core.start,
-        alpha,
-        total_behind,
-        weight_behind,
+        below,
+        below_weight,
+        LINEAR_TO_SRGB8,
         color,
         disparity,
         coverage,

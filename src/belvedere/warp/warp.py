@@ -312,12 +312,7 @@ def _paint_band(
     if reconstructor.together:
         from belvedere.warp.inverse import paint_inverse
 
-        linear = scratch("joint color", (*size, 4), np.float32)
-        paint_inverse(passages, weights, rows, linear, out_disparity, out_coverage)
-        if out_color.dtype != np.uint8:  # cubics overshoot; encoding to bytes clips anyway
-            np.maximum(linear, 0.0, out=linear)
-            np.minimum(linear[..., 3], 1.0, out=linear[..., 3])
-        _finish(linear, out_color, out_disparity, out_coverage)
+        paint_inverse(passages, weights, rows, out_color, out_disparity, out_coverage)
         return
     colors = scratch("layer colors", (len(passages), *size, 4), np.float32)
     disparities = scratch("layer disparities", (len(passages), *size), np.float32)

@@ -62,6 +62,30 @@ def lane4(a: Four, lane: int) -> Real:
     return a[lane]
 
 
+def four(a: Real, b: Real, c: Real, d: Real) -> Four:
+    """Four numbers as one."""
+    return np.array([a, b, c, d], np.float32)
+
+
+def sum4(a: Four) -> Real:
+    """Sum of the four."""
+    return (a[0] + a[1]) + (a[2] + a[3])
+
+
+def kept4(array: F4, start: int, middle: Real, reach: Real, a: Four) -> Four:
+    """``a`` where the four floats from ``array.flat[start]`` on are within reach of middle, else 0.
+
+    NaN is out of reach.
+    """
+    near = np.abs(array.reshape(-1)[start : start + 4] - np.float32(middle)) <= np.float32(reach)
+    return np.where(near, a, np.float32(0.0))
+
+
+def zero16() -> Sixteen:
+    """Sixteen zeros."""
+    return np.zeros(16, np.float32)
+
+
 def load16(array: F4, index: int) -> Sixteen:
     """The ``index``-th four of a C-contiguous array and the three after it."""
     return array.reshape(-1)[4 * index : 4 * index + 16].copy()
@@ -75,6 +99,11 @@ def scale16(a: Sixteen, factor: Real) -> Sixteen:
 def add_scaled16(total: Sixteen, a: Sixteen, factor: Real) -> Sixteen:
     """``total + factor * a``; in one rounding where the processor can."""
     return total + a * np.float32(factor)
+
+
+def add_weighted16(total: Sixteen, a: Sixteen, weights: Four) -> Sixteen:
+    """``total`` plus a's four fours, each times its own weight."""
+    return total + a * np.repeat(weights, 4)
 
 
 def fold16(a: Sixteen, w: Real, x: Real, y: Real, z: Real) -> Four:
@@ -221,6 +250,64 @@ def _lane4(typing: Any, a: Any, lane: Any) -> Any:
 
 
 @intrinsic
+def _four(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        vector = ir.Constant(_VECTOR, ir.Undefined)
+        for n, kind in enumerate((a, b, c, d)):
+            scalar = context.cast(builder, args[n], kind, types.float32)
+            vector = builder.insert_element(vector, scalar, ir.IntType(32)(n))
+        return vector
+
+    return _FOUR(a, b, c, d), generate
+
+
+@intrinsic
+def _sum4(typing: Any, a: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        lanes = [builder.extract_element(args[0], ir.IntType(32)(n)) for n in range(4)]
+        return builder.fadd(builder.fadd(lanes[0], lanes[1]), builder.fadd(lanes[2], lanes[3]))
+
+    return types.float32(a), generate
+
+
+@intrinsic
+def _kept4(typing: Any, array: Any, start: Any, middle: Any, reach: Any, a: Any) -> Any:
+    _refuse_other_than_contiguous(array)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        data = context.make_array(array)(context, builder, args[0]).data
+        at = builder.gep(data, [context.cast(builder, args[1], start, types.int64)])
+        values = builder.load(builder.bitcast(at, _VECTOR.as_pointer()))
+        values.align = 4
+        apart = builder.fsub(values, _every(context, builder, args[2], middle, _VECTOR))
+        # no sign, no distance: the bits of a float without its first are its size
+        whole = ir.VectorType(ir.IntType(32), 4)
+        size = builder.and_(builder.bitcast(apart, whole), ir.Constant(whole, [0x7FFFFFFF] * 4))
+        size = builder.bitcast(size, _VECTOR)
+        near = builder.fcmp_ordered("<=", size, _every(context, builder, args[3], reach, _VECTOR))
+        return builder.select(near, args[4], cgutils.get_null_value(_VECTOR))
+
+    return _FOUR(array, start, middle, reach, a), generate
+
+
+@intrinsic
+def _zero16(typing: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return cgutils.get_null_value(_LONG)
+
+    return _SIXTEEN(), generate
+
+
+@intrinsic
+def _add_weighted16(typing: Any, total: Any, a: Any, weights: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        every = _picked(builder, args[2], [n // 4 for n in range(16)])
+        return _multiplied_and_added(builder, args[1], every, args[0])
+
+    return _SIXTEEN(total, a, weights), generate
+
+
+@intrinsic
 def _load16(typing: Any, array: Any, index: Any) -> Any:
     _refuse_other_than_contiguous(array)
 
@@ -289,6 +376,19 @@ _compiled(zero4, lambda: lambda: _zero4())
 _compiled(add4, lambda a, b: lambda a, b: _add4(a, b))
 _compiled(scale4, lambda a, factor: lambda a, factor: _scale4(a, factor))
 _compiled(lane4, lambda a, lane: lambda a, lane: _lane4(a, lane))
+_compiled(four, lambda a, b, c, d: lambda a, b, c, d: _four(a, b, c, d))
+_compiled(sum4, lambda a: lambda a: _sum4(a))
+_compiled(
+    kept4,
+    lambda array, start, middle, reach, a: (
+        lambda array, start, middle, reach, a: _kept4(array, start, middle, reach, a)
+    ),
+)
+_compiled(zero16, lambda: lambda: _zero16())
+_compiled(
+    add_weighted16,
+    lambda total, a, weights: lambda total, a, weights: _add_weighted16(total, a, weights),
+)
 _compiled(load16, lambda array, index: lambda array, index: _load16(array, index))
 _compiled(scale16, lambda a, factor: lambda a, factor: _scale16(a, factor))
 _compiled(

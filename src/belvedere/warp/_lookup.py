@@ -16,13 +16,18 @@ from belvedere.ground.simd import (
     Four,
     add4,
     add_scaled16,
+    add_weighted16,
     fold16,
+    four,
+    kept4,
     load4,
     load16,
     scale4,
     scale16,
     store4,
+    sum4,
     zero4,
+    zero16,
 )
 from belvedere.warp._compose import write_row
 from belvedere.warp._edges import INTACT, SMOOTH
@@ -162,12 +167,13 @@ def across_crack(centers: F4, n: int, y: int, x: int, dy: int, dx: int, keep: Re
 
 
 @inner
-def close_cracks(centers: F4, front: F4, tolerance: Real, out_index: I4, out_value: F4) -> None:
-    """Cover holes one pixel wide."""
+def close_cracks(
+    centers: F4, front: F4, tolerance: Real, open_pixels: U1, out_index: I4, out_value: F4
+) -> None:
+    """Cover holes one pixel wide. open_pixels is to work in, a row rounded up to whole `EIGHT`s."""
     count, rows, width = centers.shape
     keep = ONE - np.float32(tolerance)
     found = 0
-    open_pixels = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     eights = open_pixels.view(np.uint64)
     for y in range(1, rows - 1):
         for x in range(1, width - 1):
@@ -262,10 +268,10 @@ def merge_layers(
         for y in range(rows):
             for x in range(width):
                 out_front[y, x] = max(out_front[y, x], centers[n, y, x])
-    close_cracks(centers, out_front, tolerance, out_index, out_behind)
+    rims = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    close_cracks(centers, out_front, tolerance, rims, out_index, out_behind)
     partial = 0
     out_alpha.fill(ONE)
-    rims = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     eights = rims.view(np.uint64)
     for y in range(rows):
         rims.fill(0)
@@ -316,14 +322,6 @@ def cubic_weights(f: Real) -> tuple[Real, Real, Real, Real]:
         HALF * f * (f * (FOUR - THREE * f) + ONE),
         HALF * f * f * (f - ONE),
     )
-
-
-@inner
-def mix_row(color: F4, first: int, a: Real, b: Real, c: Real, d: Real) -> Four:
-    """Weighted sum of four samples in a row."""
-    left = add4(scale4(load4(color, first), a), scale4(load4(color, first + 1), b))
-    right = add4(scale4(load4(color, first + 2), c), scale4(load4(color, first + 3), d))
-    return add4(left, right)
 
 
 @inner
@@ -389,20 +387,6 @@ def on_surface(found: Real, delta: Real, tolerance: Real) -> bool:
 
 
 @inner
-def guarded_row(
-    color: F4, disparity: F4, first: int, delta: Real, near: Real, a: Real, b: Real, c: Real,
-    d: Real,
-) -> tuple[Real, Four]:  # fmt: skip
-    """As `mix_row` without the samples of other surfaces; first the sum of the weights left."""
-    at = np.uint64(first)
-    a = a if abs(disparity[at] - delta) <= near else ZERO
-    b = b if abs(disparity[at + np.uint64(1)] - delta) <= near else ZERO
-    c = c if abs(disparity[at + np.uint64(2)] - delta) <= near else ZERO
-    d = d if abs(disparity[at + np.uint64(3)] - delta) <= near else ZERO
-    return a + b + c + d, mix_row(color, first, a, b, c, d)
-
-
-@inner
 def careful(
     color: F4, disparity: F4, u: Real, v: Real, delta: Real, tolerance: Real, weights: F4
 ) -> tuple[Four, Real]:
@@ -423,18 +407,19 @@ def careful(
         a, b, c, d = cubic_weights(u - np.float32(i))
         e, f, g, h = cubic_weights(v - np.float32(j))
         first = (j - 1) * stride + i - 1
-        flat = disparity.reshape(-1)
-        near = tolerance * delta + FAINT
-        sum0, row0 = guarded_row(color, flat, first, delta, near, a, b, c, d)
-        sum1, row1 = guarded_row(color, flat, first + stride, delta, near, a, b, c, d)
-        sum2, row2 = guarded_row(color, flat, first + 2 * stride, delta, near, a, b, c, d)
-        sum3, row3 = guarded_row(color, flat, first + 3 * stride, delta, near, a, b, c, d)
-        sum_weight = e * sum0 + f * sum1 + g * sum2 + h * sum3
+        near, across = tolerance * delta + FAINT, four(a, b, c, d)
+        row0 = scale4(kept4(disparity, first, delta, near, across), e)
+        row1 = scale4(kept4(disparity, first + stride, delta, near, across), f)
+        row2 = scale4(kept4(disparity, first + 2 * stride, delta, near, across), g)
+        row3 = scale4(kept4(disparity, first + 3 * stride, delta, near, across), h)
+        sum_weight = sum4(add4(add4(row0, row1), add4(row2, row3)))
         if sum_weight >= FEW:
-            total = add4(
-                add4(scale4(row0, e), scale4(row1, f)), add4(scale4(row2, g), scale4(row3, h))
-            )
-            return scale4(total, ONE / sum_weight), ONE
+            taps = add_weighted16(zero16(), load16(color, first), row0)
+            taps = add_weighted16(taps, load16(color, first + stride), row1)
+            taps = add_weighted16(taps, load16(color, first + 2 * stride), row2)
+            taps = add_weighted16(taps, load16(color, first + 3 * stride), row3)
+            each = ONE / sum_weight
+            return fold16(taps, each, each, each, each), ONE
     i, j = int(np.floor(u)), int(np.floor(v))
     fu, fv = u - np.float32(i), v - np.float32(j)
     weights[0, 0], weights[0, 1], weights[0, 2], weights[0, 3] = cubic_weights(fu)
@@ -494,6 +479,7 @@ def look_up(
     height, stride = links.shape
     keep, own = ONE - np.float32(surface_tolerance), np.float32(nearness)
     tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
+    last_u, last_v = np.float32(stride + 1), np.float32(height + 1)
     taps, corners = np.zeros((11, CHUNK), np.float32), np.zeros(CHUNK, np.int32)
     ramp, shown = np.arange(CHUNK).astype(np.float32), np.zeros(CHUNK, np.uint8)
     flat_links, flat_weight = links.reshape(-1), out_weight.reshape(-1)
@@ -519,7 +505,7 @@ def look_up(
                     value, weight = bicubic(color, corner, stride, taps, i), own
                 else:
                     u, v = taps[0, i], taps[1, i]
-                    if not (u > -TWO and v > -TWO and u < stride + ONE and v < height + ONE):
+                    if not (u > -TWO and v > -TWO and u < last_u and v < last_v):
                         continue
                     value, sees = careful(color, disparity, u, v, taps[2, i], tap, weights)
                     weight = own * EDGE_WEIGHT * sees
@@ -550,8 +536,8 @@ def look_up_behind(
         out_weight: (count,) sum.
     """
     height, stride = disparity.shape
-    tap = np.float32(tap_tolerance)
-    weights = np.empty((2, 4), np.float32)
+    tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
+    last_u, last_v = np.float32(stride + 1), np.float32(height + 1)
     for k in range(count):
         own = delta[k]
         if own < ZERO:
@@ -563,7 +549,7 @@ def look_up_behind(
         scale = ONE / t
         u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * own) * scale
         v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * own) * scale
-        if not (u > -TWO and v > -TWO and u < stride + ONE and v < height + ONE):
+        if not (u > -TWO and v > -TWO and u < last_u and v < last_v):
             continue
         value, sees = careful(color, disparity, u, v, own * scale, tap, weights)
         weight = np.float32(nearness) * sees

@@ -319,7 +319,7 @@ def mask_quad(
             for k in range(16):
                 inside = (above + steps[0, k] >= ZERO) & (beside + steps[1, k] >= ZERO)
                 inside &= (below + steps[2, k] >= ZERO) & (before + steps[3, k] >= ZERO)
-                bits |= np.int32(inside) << np.int32(k)
+                bits = np.int32(bits | np.int32(np.int32(inside) << np.int32(k)))
             if bits == 0:  # too thin for a place, but an edge does run through the pixel
                 held = out_edge[y - row_low, x]
                 if mark == UNSURE and held >= ZERO and z_high >= held * keep:
@@ -357,15 +357,22 @@ def draw_large(
 
 @inner
 def land_parts(w: F4, parts: F4, begin: int, count: int, out_corners: F4) -> None:
-    """Where the corners of ``count`` parts land: (12, RUN) x, y, disparity of each, NaN behind."""
-    for c in range(4):
-        us, vs, deltas = parts[3 * c, begin:], parts[3 * c + 1, begin:], parts[3 * c + 2, begin:]
+    """Where the corners of ``count`` parts land: (12, RUN) x, y, disparity of each, NaN behind.
+
+    In place, in an array of its own: so it vectorises.
+    """
+    w0, w1, w2, w3, w4, w5 = w[0], w[1], w[2], w[3], w[4], w[5]
+    w6, w7, w8, w9, w10, w11 = w[6], w[7], w[8], w[9], w[10], w[11]
+    for k in range(12):
         for i in range(count):
-            u, v, delta = us[i], vs[i], deltas[i]
-            t = w[8] * u + w[9] * v + w[10] + w[11] * delta
+            out_corners[k, i] = parts[k, begin + i]
+    for c in range(4):
+        for i in range(RUN):
+            u, v, delta = out_corners[3 * c, i], out_corners[3 * c + 1, i], out_corners[3 * c + 2, i]
+            t = w8 * u + w9 * v + w10 + w11 * delta
             scale = ONE / t if t > ZERO else NAN
-            out_corners[3 * c, i] = (w[0] * u + w[1] * v + w[2] + w[3] * delta) * scale
-            out_corners[3 * c + 1, i] = (w[4] * u + w[5] * v + w[6] + w[7] * delta) * scale
+            out_corners[3 * c, i] = (w0 * u + w1 * v + w2 + w3 * delta) * scale
+            out_corners[3 * c + 1, i] = (w4 * u + w5 * v + w6 + w7 * delta) * scale
             out_corners[3 * c + 2, i] = delta * scale
 
 

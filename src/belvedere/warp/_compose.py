@@ -10,6 +10,7 @@ from numba import types
 from numba.extending import overload
 
 from belvedere.ground.jit import Real, inner, kernel
+from belvedere.ground.simd import four, store4
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -29,10 +30,9 @@ def decode(color: U1, table: F4, out_linear: F4) -> None:
     rows, width, channels = color.shape
     for y in range(rows):
         for x in range(width):
-            for k in range(3):
-                out_linear[y, x, k] = table[color[y, x, k]]
             alpha = np.float32(color[y, x, 3]) / np.float32(255.0) if channels == 4 else ZERO
-            out_linear[y, x, 3] = alpha
+            red, green, blue = table[color[y, x, 0]], table[color[y, x, 1]], table[color[y, x, 2]]
+            store4(out_linear, y * width + x, four(red, green, blue, alpha))
 
 
 def write_row(linear: F4, table: U1, steps: I4, out_row: Any) -> None:

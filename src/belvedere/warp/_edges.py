@@ -24,6 +24,9 @@ SMOOTH = 16
 RIM = 32
 """Bit: the cell is intact and on the near side of an edge, within two samples of it."""
 
+EIGHT = 8
+"""Samples that are passed over at once where the same bits are set in all."""
+
 
 @inner
 def slope_explains(jump: Real, first: Real, second: Real) -> bool:
@@ -57,6 +60,15 @@ def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
         if slope_explains(jump, b - q, d[v3, u3] - b):
             return True
     return False
+
+
+@inner
+def all_set(flags: U1, start: int, count: int, bits: int) -> bool:
+    """Whether each of the ``count`` flags from ``start`` on has all these bits."""
+    held = np.uint8(255)
+    for i in range(count):
+        held = np.uint8(held & flags[np.uint64(start + i)])
+    return held & bits == bits
 
 
 @kernel
@@ -154,25 +166,30 @@ def mark_mixed(disparity: F4, row_low: int, row_high: int, out: U1) -> None:
     A thin object also stands unlinked on both sides, but nearer than both, and is kept.
     """
     height, width = disparity.shape
+    flat = out.reshape(-1)
     for v in range(row_low, row_high):
-        for u in range(width):
-            d = disparity[v, u]
-            if np.isnan(d):
+        for low in range(0, width, EIGHT):
+            count = min(EIGHT, width - low)
+            if all_set(flat, v * width + low, count, RIGHT | DOWN):
                 continue
-            across = (
-                0 < u < width - 1
-                and not out[v, u] & RIGHT
-                and not out[v, u - 1] & RIGHT
-                and between(disparity[v, u - 1], d, disparity[v, u + 1])
-            )
-            along = (
-                0 < v < height - 1
-                and not out[v, u] & DOWN
-                and not out[v - 1, u] & DOWN
-                and between(disparity[v - 1, u], d, disparity[v + 1, u])
-            )
-            if across or along:
-                out[v, u] |= MIXED
+            for u in range(low, low + count):
+                d = disparity[v, u]
+                if np.isnan(d):
+                    continue
+                across = (
+                    0 < u < width - 1
+                    and not out[v, u] & RIGHT
+                    and not out[v, u - 1] & RIGHT
+                    and between(disparity[v, u - 1], d, disparity[v, u + 1])
+                )
+                along = (
+                    0 < v < height - 1
+                    and not out[v, u] & DOWN
+                    and not out[v - 1, u] & DOWN
+                    and between(disparity[v - 1, u], d, disparity[v + 1, u])
+                )
+                if across or along:
+                    out[v, u] |= MIXED
 
 
 @inner
@@ -206,12 +223,24 @@ def mark_intact(row_low: int, row_high: int, out: U1) -> None:
 def mark_smooth(row_low: int, row_high: int, out: U1) -> None:
     """SMOOTH bits of rows [row_low, row_high), after INTACT is known everywhere."""
     height, width = out.shape
+    column = np.empty(width, np.uint8)
     for v in range(max(row_low, 1), min(row_high, height - 2)):
+        for u in range(width):
+            column[u] = out[v - 1, u] & out[v, u] & out[v + 1, u] & INTACT
         for u in range(1, width - 2):
-            above = out[v - 1, u - 1] & out[v - 1, u] & out[v - 1, u + 1]
-            beside = out[v, u - 1] & out[v, u] & out[v, u + 1]
-            below = out[v + 1, u - 1] & out[v + 1, u] & out[v + 1, u + 1]
-            out[v, u] |= (above & beside & below & INTACT) << 1
+            out[v, u] |= np.uint8((column[u - 1] & column[u] & column[u + 1]) << 1)
+
+
+@inner
+def undivided(links: U1, v: int, u: int) -> bool:
+    """Whether a sample is linked to all four neighbours, none of them a false one."""
+    height, width = links.shape
+    if v < 1 or u < 1 or v + 1 >= height or u + 1 >= width:
+        return False
+    here, left, above = links[v, u], links[v, u - 1], links[v - 1, u]
+    mixed = (here | left | above | links[v, u + 1] | links[v + 1, u]) & MIXED
+    sides = here & (left | DOWN) & (above | RIGHT) & (RIGHT | DOWN)
+    return mixed == 0 and sides == RIGHT | DOWN
 
 
 @kernel
@@ -223,21 +252,26 @@ def mark_rims(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: 
     """
     height, width = disparity.shape
     keep = np.float32(1.0) - np.float32(tolerance)
+    flat = out.reshape(-1)
     for v in range(max(row_low - 2, 0), min(row_high + 3, height)):
-        for u in range(width):
-            if out[v, u] & SMOOTH:
+        for low in range(0, width, EIGHT):
+            count = min(EIGHT, width - low)
+            if all_set(flat, v * width + low, count, SMOOTH):
                 continue
-            own = disparity[v, u]
-            near = (
-                beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
-                or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
-            )  # fmt: skip
-            if not near:
-                continue
-            for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
-                for i in range(max(u - 2, 0), min(u + 2, width - 1)):
-                    if out[j, i] & INTACT and disparity[j, i] >= own * keep:
-                        out[j, i] |= np.uint8(RIM)
+            for u in range(low, low + count):
+                if out[v, u] & SMOOTH or undivided(out, v, u):
+                    continue
+                own = disparity[v, u]
+                near = (
+                    beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
+                    or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
+                )  # fmt: skip
+                if not near:
+                    continue
+                for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
+                    for i in range(max(u - 2, 0), min(u + 2, width - 1)):
+                        if out[j, i] & INTACT and disparity[j, i] >= own * keep:
+                            out[j, i] |= np.uint8(RIM)
 
 
 @inner
@@ -294,8 +328,9 @@ def step_along(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> Re
 
 @kernel
 def surface_range(
-    disparity: F4, links: U1, tile_row_low: int, tile_row_high: int, out_low: F4, out_high: F4
-) -> None:
+    disparity: F4, links: U1, sample_low: F4, sample_high: F4, tile_row_low: int,
+    tile_row_high: int, out_low: F4, out_high: F4,
+) -> None:  # fmt: skip
     """Smallest and largest disparity of the surface that is drawn of each tile.
 
     A sample is drawn up to a pixel around it, with the slope of its surface: on a steep one that
@@ -304,14 +339,25 @@ def surface_range(
     Args:
         disparity: (H, W), small gaps bridged.
         links: (H, W) bits.
+        sample_low: (ceil(H / TILE), ceil(W / TILE)) smallest disparity of the samples of each tile
+            and round it.
+        sample_high: the largest.
         tile_row_low: first row of tiles to do.
         tile_row_high: row of tiles after the last.
         out_low: (ceil(H / TILE), ceil(W / TILE)).
         out_high: same; high < low where a tile has no sample.
     """
     height, width = disparity.shape
+    flat = links.reshape(-1)
     for tv in range(tile_row_low, tile_row_high):
         for tu in range(out_low.shape[1]):
+            unbroken = (tv + 1) * TILE < height and (tu + 1) * TILE < width
+            for v in range(tv * TILE, min((tv + 1) * TILE + 1, height)):
+                if unbroken:
+                    unbroken = all_set(flat, v * width + tu * TILE, TILE + 1, INTACT)
+            if unbroken and tv > 0 and tu > 0:  # drawn between samples, never beyond them
+                out_low[tv, tu], out_high[tv, tu] = sample_low[tv, tu], sample_high[tv, tu]
+                continue
             low, high = np.float32(np.inf), np.float32(-np.inf)
             # the cells of a tile end at the first samples of the next
             for v in range(tv * TILE, min((tv + 1) * TILE + 1, height)):

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.warp._edges import DOWN, MIXED, RIGHT, joined
+from belvedere.warp._edges import DOWN, EIGHT, MIXED, RIGHT, all_set, joined
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -78,21 +78,27 @@ def find_edges(
 ) -> None:
     """Where the edge runs between each sample and its right and lower neighbour, 0 to 254."""
     height, width = disparity.shape
+    flat = links.reshape(-1)
     for v in range(row_low, row_high):
         for u in range(width):
             out_right[v, u] = MIDDLE
             out_down[v, u] = MIDDLE
-            bits = links[v, u]
-            if (bits & RIGHT and bits & DOWN) or bits & MIXED or np.isnan(disparity[v, u]):
+        for low in range(0, width, EIGHT):
+            count = min(EIGHT, width - low)
+            if all_set(flat, v * width + low, count, RIGHT | DOWN):
                 continue
-            if u + 1 < width and not bits & RIGHT and not np.isnan(disparity[v, u + 1]):
-                out_right[v, u] = np.uint8(
-                    edge_between(color, disparity, links, v, u, 0, 1) * STEPS + HALF
-                )
-            if v + 1 < height and not bits & DOWN and not np.isnan(disparity[v + 1, u]):
-                out_down[v, u] = np.uint8(
-                    edge_between(color, disparity, links, v, u, 1, 0) * STEPS + HALF
-                )
+            for u in range(low, low + count):
+                bits = links[v, u]
+                if (bits & RIGHT and bits & DOWN) or bits & MIXED or np.isnan(disparity[v, u]):
+                    continue
+                if u + 1 < width and not bits & RIGHT and not np.isnan(disparity[v, u + 1]):
+                    out_right[v, u] = np.uint8(
+                        edge_between(color, disparity, links, v, u, 0, 1) * STEPS + HALF
+                    )
+                if v + 1 < height and not bits & DOWN and not np.isnan(disparity[v + 1, u]):
+                    out_down[v, u] = np.uint8(
+                        edge_between(color, disparity, links, v, u, 1, 0) * STEPS + HALF
+                    )
 
 
 @inner
@@ -129,11 +135,16 @@ def find_mixed(
     """
     height, width = right.shape
     found = 0
+    plain = np.empty(width, np.uint8)
     for v in range(row_low, row_high):
+        above = max(v - 1, 0)
+        for u in range(width):
+            plain[u] = np.uint8(
+                (right[v, u] == MIDDLE) & (down[v, u] == MIDDLE) & (down[above, u] == MIDDLE)
+            )
         for u in range(width):
             left = right[v, u - 1] if u > 0 else MIDDLE
-            up = down[v - 1, u] if v > 0 else MIDDLE
-            if right[v, u] == MIDDLE and down[v, u] == MIDDLE and left == MIDDLE and up == MIDDLE:
+            if plain[u] and left == MIDDLE:
                 continue
             worst, dv, du = HALF, 0, 0
             for n in range(4):

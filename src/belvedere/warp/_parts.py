@@ -17,6 +17,7 @@ from belvedere.warp._edges import (
     MIXED,
     RIGHT,
     RIM,
+    all_set,
     beyond,
     joined,
     slope_toward,
@@ -171,10 +172,15 @@ def cut_tiles(
         out_end: (tiles across,) number after the last part of each tile.
     """
     height, width = disparity.shape
-    n = 0
+    flat, n = links.reshape(-1), 0
     for tu in range(out_end.size):
+        last = min((tu + 1) * TILE, width)
         for v in range(tile_row * TILE - (tile_row == 0), min((tile_row + 1) * TILE, height)):
-            for u in range(tu * TILE - (tu == 0), min((tu + 1) * TILE, width)):
+            if v >= 0 and tu > 0 and all_set(
+                flat, v * width + tu * TILE, last - tu * TILE, INTACT
+            ):
+                continue
+            for u in range(tu * TILE - (tu == 0), last):
                 if v < 0 or u < 0 or not links[v, u] & INTACT:
                     n = cut_cell(disparity, links, right, down, v, u, n, out_parts, out_near)
         out_end[tu] = n

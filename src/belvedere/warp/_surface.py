@@ -322,7 +322,10 @@ def mask_quad(
                 bits = np.int32(bits | np.int32(np.int32(inside) << np.int32(k)))
             if bits == 0:  # too thin for a place, but an edge does run through the pixel
                 held = out_edge[y - row_low, x]
-                if mark == UNSURE and held >= ZERO and z_high >= held * keep:
+                if mark == UNSURE and z_high >= held * keep:
+                    if held < ZERO:
+                        out_mask[y - row_low, x] = 0
+                        held = max(z_low, ZERO)
                     out_edge[y - row_low, x] = marked(held, mark)
                 continue
             wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale

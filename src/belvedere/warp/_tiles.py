@@ -26,16 +26,21 @@ def disparity_range(disparity: F4, out_low: F4, out_high: F4) -> None:
     has no sample. One pixel beyond each side counts too, since cells span two pixels.
     """
     height, width = disparity.shape
+    flat = disparity.reshape(-1)
+    lows, highs = np.empty(TILE + 2, np.float32), np.empty(TILE + 2, np.float32)
     for tv in range(out_low.shape[0]):
         for tu in range(out_low.shape[1]):
-            low, high = np.float32(np.inf), np.float32(-np.inf)
+            first, end = max(tu * TILE - 1, 0), min((tu + 1) * TILE + 1, width)
+            lows.fill(np.inf)
+            highs.fill(-np.inf)
+            # column by column, which vectorises; the least of a row does not
             for v in range(max(tv * TILE - 1, 0), min((tv + 1) * TILE + 1, height)):
-                for u in range(max(tu * TILE - 1, 0), min((tu + 1) * TILE + 1, width)):
-                    delta = disparity[v, u]
-                    low = delta if delta < low else low
-                    high = delta if delta > high else high
-            out_low[tv, tu] = low
-            out_high[tv, tu] = high
+                start = v * width + first
+                for i in range(end - first):
+                    delta = flat[np.uint64(start + i)]
+                    lows[i] = delta if delta < lows[i] else lows[i]
+                    highs[i] = delta if delta > highs[i] else highs[i]
+            out_low[tv, tu], out_high[tv, tu] = lows.min(), highs.max()
 
 
 @kernel

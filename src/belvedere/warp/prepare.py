@@ -123,9 +123,12 @@ class PreparedView:
 
             disparity, links = self.surface(threads), self.links(threads)
             low, high = np.empty_like(self.tile_low), np.empty_like(self.tile_high)
+            samples = self.tile_low, self.tile_high
+            if disparity is not self.disparity:
+                samples = sample_range(disparity)
 
             def measure(band: tuple[int, int]) -> None:
-                _edges.surface_range(disparity, links, *band, low, high)
+                _edges.surface_range(disparity, links, *samples, *band, low, high)
 
             run_parallel(measure, row_bands(low.shape[0], thread_count(threads)), threads)
             self._surface_range = low, high
@@ -140,8 +143,11 @@ class PreparedView:
     def silhouettes(self, threads: int | None = None) -> Silhouettes:
         """Where surfaces end between samples, and colours that no longer mix two of them."""
         if self._silhouettes is None:
+            # linear colour that nobody asked for yet is un-mixed in place
+            own = self._linear is None and self.color.dtype == np.uint8
+            linear = linear_rgba(self.color, threads) if own else self.linear(threads).copy()
             self._silhouettes = find_silhouettes(
-                self.linear(threads), self.surface(threads), self.links(threads), threads
+                linear, self.surface(threads), self.links(threads), threads
             )
         return self._silhouettes
 
@@ -172,15 +178,23 @@ def prepare(
             f"prepare.view is a {type(view).__name__}, expected a ReferenceView "
             "(a Frame becomes one with as_view())"
         )
-    from belvedere.warp import _tiles
-
     camera = planar(view.camera, "reference")
-    shape = tuple(-(-side // _tiles.TILE) for side in view.disparity.shape)
-    low, high = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    _tiles.disparity_range(view.disparity, low, high)
+    low, high = sample_range(view.disparity)
     check_number("prepare", "edge_tolerance", edge_tolerance, 0.0, 1.0)
     check_integer("prepare", "bridge", bridge, 0, 64)
     return PreparedView(view, camera, low, high, edge_tolerance, bridge)
+
+
+def sample_range(
+    disparity: npt.NDArray[np.float32],
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """(tiles down, tiles across) the smallest and largest disparity in each tile and round it."""
+    from belvedere.warp import _tiles
+
+    shape = tuple(-(-side // _tiles.TILE) for side in disparity.shape)
+    low, high = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    _tiles.disparity_range(disparity, low, high)
+    return low, high
 
 
 def linear_rgba(color: npt.NDArray[Any], threads: int | None = None) -> npt.NDArray[np.float32]:

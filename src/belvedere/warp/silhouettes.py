@@ -48,7 +48,7 @@ def find_silhouettes(
     """Un-mix the samples at a view's edges and cut its cells there.
 
     Args:
-        color: (H, W, 4) linear.
+        color: (H, W, 4) linear; un-mixed in place.
         surface: (H, W) disparity, small gaps bridged.
         links: (H, W) bits of `_edges`.
         threads: how many to use.
@@ -69,10 +69,9 @@ def find_silhouettes(
 
     run_parallel(find, bands, threads)
     mixed = run_parallel(unmix, bands, threads)
-    clean = color.copy()
     for sample, pure, count in mixed:
-        _matte.put(sample, pure, count, clean.reshape(-1, 4))
-    return Silhouettes(clean, cut_parts(surface, links, right, down, threads))
+        _matte.put(sample, pure, count, color.reshape(-1, 4))
+    return Silhouettes(color, cut_parts(surface, links, right, down, threads))
 
 
 def cut_parts(

@@ -24,6 +24,12 @@ SMOOTH = 16
 RIM = 32
 """Bit: the cell is intact and on the near side of an edge, within two samples of it."""
 
+PLAIN = 0.6
+"""Share of the tolerance below which a step is no edge, whatever is beside it: noise and relief."""
+STEEPER = 3.0
+"""How much steeper than the steps beside it a larger one may be and still be slope: a step between
+two level surfaces is an edge, though within the tolerance."""
+
 EIGHT = 8
 """Samples that are passed over at once where the same bits are set in all."""
 
@@ -47,8 +53,16 @@ def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
     if np.isnan(p) or np.isnan(q):
         return False
     jump = q - p
-    if abs(jump) <= tolerance * max(p, q):
+    if abs(jump) <= PLAIN * tolerance * max(p, q):
         return True
+    if abs(jump) <= tolerance * max(p, q):
+        # a step of its own between two level surfaces is an edge
+        beside = np.float32(0.0)
+        if v >= dv and u >= du and not np.isnan(d[v - dv, u - du]):
+            beside = abs(p - d[v - dv, u - du])
+        if v + 2 * dv < height and u + 2 * du < width and not np.isnan(d[v + 2 * dv, u + 2 * du]):
+            beside = max(beside, abs(d[v + 2 * dv, u + 2 * du] - q))
+        return abs(jump) <= STEEPER * beside
     v2, u2 = v - 2 * dv, u - 2 * du
     if v2 >= 0 and u2 >= 0:
         a = d[v - dv, u - du]
@@ -78,7 +92,7 @@ def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, ou
     disparity is (H, W), out is (H, W).
     """
     height, width = disparity.shape
-    share = np.float32(tolerance)
+    share = np.float32(PLAIN * tolerance)
     for v in range(row_low, row_high):
         below = min(v + 1, height - 1)
         for u in range(width - 1):  # the usual case, in a loop that vectorises

@@ -1,4 +1,4 @@
-"""Kernels of the inverse pass: merge what references see, then look colours up backwards.
+"""Kernels of the inverse pass that look colours up backwards.
 
 Once every desired pixel knows its disparity, it knows where each reference shows its surface: the
 colour is read there, with taps that stay on that surface, instead of being pushed forward.
@@ -30,13 +30,11 @@ from belvedere.ground.simd import (
     zero16,
 )
 from belvedere.warp._compose import write_row
-from belvedere.warp._edges import INTACT, SMOOTH
-from belvedere.warp._surface import UNSURE, is_unsure, marked
+from belvedere.warp._edges import SMOOTH
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
 U1 = npt.NDArray[np.uint8]
-U2 = npt.NDArray[np.uint16]
 
 ZERO = np.float32(0.0)
 HALF = np.float32(0.5)
@@ -44,8 +42,6 @@ ONE = np.float32(1.0)
 TWO, THREE = np.float32(2.0), np.float32(3.0)
 FOUR, FIVE = np.float32(4.0), np.float32(5.0)
 HOLE, NAN = np.float32(-1.0), np.float32(np.nan)
-EIGHT = 8
-"""Flags that are passed over at once where all are 0."""
 CHUNK = 64
 """Pixels of a row that are looked up together."""
 FAINT = np.float32(1e-12)
@@ -54,263 +50,6 @@ EDGE_WEIGHT = np.float32(0.05)
 """What a reference's word counts where its pixels mix two surfaces."""
 FEW = np.float32(0.5)
 """Sum of the bicubic weights on the surface below which the nearest sample on it is taken."""
-
-
-@inner
-def looks_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
-) -> bool:
-    """Whether a reference sees something farther, on an unbroken surface, through a place."""
-    height, stride = disparity.shape
-    t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
-    if not t > ZERO:
-        return False
-    scale = ONE / t
-    u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-    v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
-    if not (u >= ZERO and v >= ZERO and u < np.float32(stride - 1) and v < np.float32(height - 1)):
-        return False
-    j, i = int(v), int(u)
-    if not links[j, i] & INTACT:
-        return False
-    nearest = max(
-        disparity[j, i], disparity[j, i + 1], disparity[j + 1, i], disparity[j + 1, i + 1]
-    )
-    return nearest < delta * scale * nearer
-
-
-@inner
-def looks_all_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
-) -> bool:
-    """As `looks_through`, in all of a pixel: an edge may cover a part that its centre is not in."""
-    for n in range(4):
-        ox, oy = np.float32(n & 1) - HALF, np.float32(n >> 1) - HALF
-        if not looks_through(back, disparity, links, x4 + ox, y4 + oy, delta, nearer):
-            return False
-    return True
-
-
-@kernel
-def reject_seen_through(
-    back: F4, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
-    edges: F4,
-) -> None:  # fmt: skip
-    """Take back what was drawn where this reference looks through that place.
-
-    Between the last sample of a near surface and the first of the one behind nobody knows where the
-    edge runs, and a surface seen at a slant can bridge what is a gap. A reference that sees
-    something farther right through such a guess proves it wrong. Where all agree nothing is asked.
-
-    Args:
-        back: (12,) matrix from the desired view to this reference.
-        disparity: (H, W) of this reference.
-        links: (H, W) its bits.
-        own: number of its own layer, which is left alone.
-        row_low: desired row of the first row of layers.
-        tolerance: relative difference in disparity from which on it sees something farther.
-        centers: (n, rows, width) disparities, -1 where nothing was drawn; changed in place.
-        edges: (n, rows, width) those near edges.
-    """
-    count, rows, width = centers.shape
-    nearer = np.float32(1.0) - np.float32(tolerance)
-    asked = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
-    eights = asked.view(np.uint64)
-    for n in range(count):
-        if n == own:
-            continue
-        for y in range(rows):
-            y4 = np.float32(y + row_low)
-            mine, theirs, rims = centers[own, y], centers[n, y], edges[n, y]
-            for x in range(width):
-                asked[x] = np.uint8((rims[x] >= ZERO) | (mine[x] < theirs[x] * nearer))
-            for x_low in range(0, width, EIGHT):
-                if eights[x_low // EIGHT] == 0:
-                    continue
-                for x in range(x_low, min(x_low + EIGHT, width)):
-                    if not asked[x]:
-                        continue
-                    delta, edge, x4 = theirs[x], rims[x], np.float32(x)
-                    if edge >= ZERO and looks_all_through(
-                        back, disparity, links, x4, y4, edge, nearer
-                    ):
-                        edges[n, y, x] = HOLE
-                    if (
-                        delta >= ZERO and mine[x] < delta * nearer
-                        and looks_through(back, disparity, links, x4, y4, delta, nearer)
-                    ):  # fmt: skip
-                        centers[n, y, x] = HOLE
-
-
-@kernel
-def keep_nearest_reference(centers: F4, edges: F4) -> None:
-    """Leave each pixel to the first layer that covers its centre, whatever the depths."""
-    count, rows, width = centers.shape
-    for y in range(rows):
-        for x in range(width):
-            taken = False
-            for n in range(count):
-                if taken:
-                    centers[n, y, x] = HOLE
-                    edges[n, y, x] = HOLE
-                taken |= centers[n, y, x] >= ZERO
-
-
-@inner
-def across_crack(centers: F4, n: int, y: int, x: int, dy: int, dx: int, keep: Real) -> Real:
-    """The disparity on both sides of a pixel in one layer, or -1 if that is no crack."""
-    a, b = centers[n, y - dy, x - dx], centers[n, y + dy, x + dx]
-    low, high = min(a, b), max(a, b)
-    if low < ZERO:
-        return HOLE
-    return HALF * (a + b) if low >= high * keep else low
-
-
-@inner
-def close_cracks(
-    centers: F4, front: F4, tolerance: Real, open_pixels: U1, out_index: I4, out_value: F4
-) -> None:
-    """Cover holes one pixel wide. open_pixels is to work in, a row rounded up to whole `EIGHT`s."""
-    count, rows, width = centers.shape
-    keep = ONE - np.float32(tolerance)
-    found = 0
-    eights = open_pixels.view(np.uint64)
-    for y in range(1, rows - 1):
-        for x in range(1, width - 1):
-            open_pixels[x] = np.uint8(front[y, x] < ZERO)
-        for x_low in range(0, width, EIGHT):
-            if eights[x_low // EIGHT] == 0:
-                continue
-            for x in range(x_low, min(x_low + EIGHT, width)):
-                if not open_pixels[x]:
-                    continue
-                best = HOLE
-                for n in range(count):
-                    best = max(best, across_crack(centers, n, y, x, 0, 1, keep))
-                    best = max(best, across_crack(centers, n, y, x, 1, 0, keep))
-                if best >= ZERO:
-                    out_index[found] = y * width + x
-                    out_value[found] = best
-                    found += 1
-    for k in range(found):
-        y, x = out_index[k] // width, out_index[k] % width
-        front[y, x] = marked(out_value[k], UNSURE)
-        for n in range(count):
-            centers[n, y, x] = marked(out_value[k], UNSURE)
-
-
-@inner
-def part_covered(
-    centers: F4, edges: F4, masks: U2, nearness: F4, y: int, x: int, keep: Real, front: F4
-) -> tuple[Real, Real]:
-    """How much of a pixel its nearest surface covers, and the disparity behind it, -1 if unknown.
-
-    Each reference for which the surface ends here says how much; one that sees it go on settles the
-    matter. Arguments as of `merge_layers`; front holds what is at the centres.
-    """
-    count, rows, width = centers.shape
-    nearest, center = HOLE, front[y, x]
-    for n in range(count):
-        nearest = max(nearest, edges[n, y, x])
-    limit = max(nearest, center) * keep
-    total, total_weight = ZERO, ZERO
-    for n in range(count):
-        edge = edges[n, y, x]
-        if edge >= limit and is_unsure(edge):
-            total += nearness[n] * covered(masks[n, y, x])
-            total_weight += nearness[n]
-        elif max(centers[n, y, x], edge) >= limit:
-            return ONE, HOLE
-    alpha, behind = total / total_weight, HOLE
-    if alpha >= ONE:
-        return ONE, HOLE
-    for n in range(count):
-        mine = centers[n, y, x]
-        if mine < limit:
-            behind = max(behind, mine)
-    if behind < ZERO:
-        for j in range(max(y - 1, 0), min(y + 2, rows)):
-            for i in range(max(x - 1, 0), min(x + 2, width)):
-                for n in range(count):
-                    other = centers[n, j, i]
-                    if other < limit:
-                        behind = max(behind, other)
-    if behind < ZERO:  # nothing to mix with: the pixel belongs to what is at its centre
-        alpha = max(alpha, HALF) if center >= limit else ZERO
-    return alpha, behind
-
-
-@kernel
-def merge_layers(
-    centers: F4, edges: F4, masks: U2, nearness: F4, tolerance: Real, out_front: F4,
-    out_alpha: F4, out_index: I4, out_behind: F4,
-) -> int:  # fmt: skip
-    """What each pixel shows: the nearest surface, how much of the pixel it covers, what is behind.
-
-    Args:
-        centers: (n, rows, width) disparity each reference sees at the pixel's centre, -1 = none.
-        edges: (n, rows, width) that of its nearest surface near an edge, -1 = none.
-        masks: (n, rows, width) sixteenths of the pixel that surface covers.
-        nearness: (n,) weights of the references.
-        tolerance: relative difference of disparities that are one surface.
-        out_front: (rows, width) disparity of the nearest surface, -1 = none.
-        out_alpha: (rows, width) how much it covers.
-        out_index: (rows * width,) flat indices of the pixels it does not cover whole.
-        out_behind: (rows * width,) disparity of what is behind it in those, -1 = unknown.
-
-    Returns:
-        How many those are.
-    """
-    count, rows, width = centers.shape
-    keep = ONE - np.float32(tolerance)
-    out_front.fill(HOLE)
-    for n in range(count):
-        for y in range(rows):
-            for x in range(width):
-                out_front[y, x] = max(out_front[y, x], centers[n, y, x])
-    rims = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
-    close_cracks(centers, out_front, tolerance, rims, out_index, out_behind)
-    partial = 0
-    out_alpha.fill(ONE)
-    eights = rims.view(np.uint64)
-    for y in range(rows):
-        rims.fill(0)
-        for n in range(count):
-            for x in range(width):
-                edge = edges[n, y, x]
-                cut = is_unsure(edge) & (edge >= ZERO) & (edge >= out_front[y, x] * keep)
-                rims[x] |= np.uint8(cut)
-        for x_low in range(0, width, EIGHT):
-            if eights[x_low // EIGHT] == 0:
-                continue
-            for x in range(x_low, min(x_low + EIGHT, width)):
-                if not rims[x]:
-                    continue
-                alpha, behind = part_covered(centers, edges, masks, nearness, y, x, keep, out_front)
-                if alpha < ONE:
-                    out_alpha[y, x] = alpha
-                    out_index[partial] = y * width + x
-                    out_behind[partial] = behind
-                    partial += 1
-    # only now: the loop above looks at centres next to each pixel
-    for k in range(partial):
-        y, x = out_index[k] // width, out_index[k] % width
-        front = out_front[y, x]
-        for n in range(count):
-            front = max(front, edges[n, y, x])
-        out_front[y, x] = front
-    return partial
-
-
-@inner
-def covered(mask: int) -> Real:
-    """Share of sixteen bits that are set."""
-    bits = np.uint32(mask)
-    bits = bits - ((bits >> np.uint32(1)) & np.uint32(0x5555))
-    bits = (bits & np.uint32(0x3333)) + ((bits >> np.uint32(2)) & np.uint32(0x3333))
-    bits = (bits + (bits >> np.uint32(4))) & np.uint32(0x0F0F)
-    bits = (bits + (bits >> np.uint32(8))) & np.uint32(0x1F)
-    return np.float32(bits) * np.float32(1.0 / 16.0)
 
 
 @inner

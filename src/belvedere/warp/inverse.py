@@ -50,7 +50,7 @@ def paint_inverse(
 
     Memory: 36 bytes and 10 more for each reference, a pixel of the rows.
     """
-    from belvedere.warp import _lookup, _surface
+    from belvedere.warp import _layers, _lookup, _surface
 
     low, high = max(rows[0] - HALO, 0), min(rows[1] + HALO, passages[0].height)
     count, size = len(passages), (high - low, disparity.shape[1])
@@ -79,10 +79,10 @@ def paint_inverse(
             passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
         )
     if count > 1 and options.composite == "nearest":
-        _lookup.keep_nearest_reference(centers, edges)
+        _layers.keep_nearest_reference(centers, edges)
     elif count > 1:
         for n, passage in enumerate(passages):
-            _lookup.reject_seen_through(
+            _layers.reject_seen_through(
                 passage.back,
                 passage.disparity,
                 passage.links,
@@ -96,8 +96,22 @@ def paint_inverse(
     alpha = scratch("inverse alpha", size, np.float32)
     index = scratch("inverse index", (size[0] * size[1],), np.int32)
     behind = scratch("inverse behind", (size[0] * size[1],), np.float32)
-    partial = _lookup.merge_layers(
-        centers, edges, masks, weights, tolerance, front, alpha, index, behind
+    seen = scratch("inverse seen", (size[0] * size[1],), np.uint8)
+    cracks = _layers.find_cracks(centers, tolerance, front, index, behind, seen)
+    for passage in passages:
+        _layers.witness_cracks(
+            passage.back,
+            passage.disparity,
+            index,
+            behind,
+            cracks,
+            size[1],
+            low,
+            tolerance,
+            seen,
+        )
+    partial = _layers.merge_layers(
+        centers, edges, masks, weights, tolerance, seen, cracks, front, alpha, index, behind
     )
     core = slice(rows[0] - low, rows[1] - low)
     total = scratch("inverse total", (*disparity.shape, 4), np.float32)

@@ -22,6 +22,27 @@ def weighted_sum(values: np.ndarray, weights: np.ndarray, out: np.ndarray) -> fl
 
 
 @kernel
+def weighted_block(
+    values: np.ndarray, depths: np.ndarray, start: int, middle: float, reach: float,
+    out: np.ndarray, out_kept: np.ndarray,
+) -> float:  # fmt: skip
+    """Two rows of four fours, the second only where its depths are near; returns their weights."""
+    across = simd.four(np.float32(0.1), np.float32(0.2), np.float32(0.3), np.float32(0.4))
+    kept = simd.scale4(simd.kept4(depths, start, middle, reach, across), np.float32(2.0))
+    rows = simd.scale16(simd.load16(values, 1), np.float32(0.5))
+    rows = simd.add_scaled16(rows, simd.load16(values, 5), np.float32(3.0))
+    simd.store4(
+        out, 0,
+        simd.fold16(rows, np.float32(1.0), np.float32(2.0), np.float32(4.0), np.float32(8.0)),
+    )  # fmt: skip
+    near = simd.add_weighted16(simd.zero16(), simd.load16(values, 5), kept)
+    one = np.float32(1.0)
+    simd.store4(out, 1, simd.fold16(near, one, one, one, one))
+    simd.store4(out_kept, 0, kept)
+    return simd.sum4(kept)
+
+
+@kernel
 def there_and_back(values: np.ndarray, out_bits: np.ndarray, out: np.ndarray) -> None:
     for n in range(values.size):
         out_bits[n] = simd.bits_of(values[n])
@@ -38,6 +59,23 @@ def test_a_weighted_sum_of_fours_is_that_of_their_lanes(form: object) -> None:
     np.testing.assert_allclose(out[1], weights @ values, rtol=1e-5, atol=1e-6)
     assert lane == out[1, 2]
     assert np.all(out[[0, 2]] == 7.0)
+
+
+@pytest.mark.parametrize(
+    "form", [weighted_block, getattr(weighted_block, "py_func", weighted_block)]
+)
+def test_sums_of_sixteens_are_those_of_their_fours(form: object) -> None:
+    rng = np.random.default_rng(1)
+    values = rng.normal(size=(9, 4)).astype(np.float32)
+    depths = np.array([[9.0, 0.5, 0.7], [np.nan, 0.4, 9.0]], np.float32)
+    out, kept = np.zeros((2, 4), np.float32), np.zeros((1, 4), np.float32)
+    total = form(values, depths, 1, 0.55, 0.16, out, kept)  # type: ignore[operator]
+    near = np.array([0.2, 0.4, 0.0, 0.8], np.float32)  # 0.5, 0.7, NaN, 0.4
+    np.testing.assert_allclose(kept[0], near)
+    np.testing.assert_allclose(total, 1.4, rtol=1e-6)
+    rows = 0.5 * values[1:5] + 3 * values[5:9]
+    np.testing.assert_allclose(out[0], np.array([1, 2, 4, 8], np.float32) @ rows, rtol=1e-5)
+    np.testing.assert_allclose(out[1], near @ values[5:9], rtol=1e-5)
 
 
 def test_bits_of_floats_keep_their_order_and_come_back() -> None:

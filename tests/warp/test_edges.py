@@ -55,6 +55,25 @@ def test_links_break_at_the_edges_of_boards_and_nowhere_else() -> None:
         assert not (links & MIXED).any()
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_step_between_level_surfaces_is_an_edge_and_the_same_step_of_a_slope_is_none(
+    turned: bool,
+) -> None:
+    """A post and a baluster at nearly one distance, and a wall seen at a slant."""
+    step = np.full((20, 30), 0.40)
+    step[:, 15:] = 0.416  # 4 per cent: within the tolerance of 5
+    slope = np.broadcast_to(0.3 * 1.04 ** np.arange(30.0), (20, 30))
+    relief = np.full((20, 30), 0.40)
+    relief[:, 15:] = 0.408  # 2 per cent: noise, or a moulding
+    step, slope, relief = (np.rot90(d) if turned else d for d in (step, slope, relief))
+    assert all_linked(prepared(slope).links())
+    assert all_linked(prepared(relief).links())
+    links, bit = prepared(step).links(), DOWN if turned else RIGHT
+    broken = np.argwhere(~(links & bit).astype(bool))
+    places = {int(at[0 if turned else 1]) for at in broken} - {29}
+    assert places == {14}
+
+
 def test_nothing_links_across_the_picture_s_border_or_to_missing_samples() -> None:
     disparity = np.ones((6, 7), np.float32)
     disparity[2, 3] = np.nan

@@ -42,6 +42,12 @@ def slope_explains(jump: Real, first: Real, second: Real) -> bool:
 
 
 @inner
+def plain_step(tolerance: Real) -> Real:
+    """Relative step that is no edge, whatever is beside it; a tolerance of 1 links everything."""
+    return tolerance if tolerance >= 1.0 else PLAIN * tolerance
+
+
+@inner
 def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
     """Whether sample (v, u) and its neighbour at (v + dv, u + du) lie on one surface.
 
@@ -53,7 +59,7 @@ def linked(d: F4, v: int, u: int, dv: int, du: int, tolerance: Real) -> bool:
     if np.isnan(p) or np.isnan(q):
         return False
     jump = q - p
-    if abs(jump) <= PLAIN * tolerance * max(p, q):
+    if abs(jump) <= plain_step(tolerance) * max(p, q):
         return True
     if abs(jump) <= tolerance * max(p, q):
         # a step of its own between two level surfaces is an edge
@@ -92,7 +98,7 @@ def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, ou
     disparity is (H, W), out is (H, W).
     """
     height, width = disparity.shape
-    share = np.float32(PLAIN * tolerance)
+    share = np.float32(plain_step(tolerance))
     for v in range(row_low, row_high):
         below = min(v + 1, height - 1)
         for u in range(width - 1):  # the usual case, in a loop that vectorises

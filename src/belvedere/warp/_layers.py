@@ -138,18 +138,42 @@ def across_crack(centers: F4, n: int, y: int, x: int, dy: int, dx: int, keep: Re
     return HALF * (a + b) if low >= high * keep else low
 
 
+@inner
+def beside_edge(centers: F4, edges: F4, y: int, x: int, keep: Real) -> Real:
+    """The nearest surface next to a pixel behind the one whose edge runs through it, -1 if none."""
+    count, rows, width = centers.shape
+    nearest, best = HOLE, HOLE
+    for n in range(count):
+        nearest = max(nearest, edges[n, y, x])
+    for j in range(max(y - 1, 0), min(y + 2, rows)):
+        for i in range(max(x - 1, 0), min(x + 2, width)):
+            for n in range(count):
+                other = centers[n, j, i]
+                if other < nearest * keep:
+                    best = max(best, other)
+    return best
+
+
 @kernel
 def find_cracks(
-    centers: F4, tolerance: Real, out_front: F4, out_index: I4, out_value: F4, out_seen: U1
+    centers: F4,
+    edges: F4,
+    tolerance: Real,
+    out_front: F4,
+    out_index: I4,
+    out_value: F4,
+    out_seen: U1,
 ) -> int:
     """The nearest surface at each centre, and the holes one pixel wide that may be cracks.
 
     Args:
         centers: (n, rows, width) disparity each reference sees at the pixel's centre, -1 = none.
+        edges: (n, rows, width) that of its nearest surface near an edge, -1 = none.
         tolerance: relative difference of disparities that are one surface.
         out_front: (rows, width) the largest.
         out_index: (rows * width,) flat indices of the holes.
-        out_value: (rows * width,) the disparity on both sides of each, the farther if they differ.
+        out_value: (rows * width,) the disparity on both sides of each, the farther if they differ;
+            in a pixel that an edge runs through, what is next to it behind the edge.
         out_seen: (rows * width,) set to 0 for each.
 
     Returns:
@@ -179,6 +203,8 @@ def find_cracks(
                 for n in range(count):
                     best = max(best, across_crack(centers, n, y, x, 0, 1, keep))
                     best = max(best, across_crack(centers, n, y, x, 1, 0, keep))
+                if best < ZERO:
+                    best = beside_edge(centers, edges, y, x, keep)
                 if best >= ZERO:
                     out_index[found], out_value[found] = y * width + x, best
                     out_seen[found] = 0
@@ -252,7 +278,7 @@ def part_covered(
         mine = centers[n, y, x]
         if mine < limit:
             behind = max(behind, mine)
-    if behind < ZERO:
+    if behind < ZERO and center >= limit:  # a hole stays one: its neighbours do not tell
         for j in range(max(y - 1, 0), min(y + 2, rows)):
             for i in range(max(x - 1, 0), min(x + 2, width)):
                 for n in range(count):
@@ -260,7 +286,7 @@ def part_covered(
                     if other < limit:
                         behind = max(behind, other)
     if behind < ZERO:  # nothing to mix with: the pixel belongs to what is at its centre
-        alpha = max(alpha, HALF) if center >= limit else ZERO
+        alpha = max(alpha, HALF) if center >= limit else alpha
     return alpha, behind
 
 

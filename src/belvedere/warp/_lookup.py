@@ -375,5 +375,3 @@ def finish_rows(
         for x in range(width):
             disparity[x] = disparity[x] if disparity[x] >= ZERO else NAN
         write_row(color, table, steps, out_color[y])
-
-

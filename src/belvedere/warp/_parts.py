@@ -176,9 +176,7 @@ def cut_tiles(
     for tu in range(out_end.size):
         last = min((tu + 1) * TILE, width)
         for v in range(tile_row * TILE - (tile_row == 0), min((tile_row + 1) * TILE, height)):
-            if v >= 0 and tu > 0 and all_set(
-                flat, v * width + tu * TILE, last - tu * TILE, INTACT
-            ):
+            if v >= 0 and tu > 0 and all_set(flat, v * width + tu * TILE, last - tu * TILE, INTACT):
                 continue
             for u in range(tu * TILE - (tu == 0), last):
                 if v < 0 or u < 0 or not links[v, u] & INTACT:

@@ -206,12 +206,12 @@ def test_quads(
         out_z[4, i] = z0 if hit0 else z1 if hit1 else z2 if hit2 else z3
         wide = np.int32(width)
         base = np.int32((np.int32(top) - np.int32(row_low)) * wide + np.int32(left))
-        step = np.int32(0) if hit0 else np.int32(1) if hit1 else wide if hit2 else wide + np.int32(1)
+        step = (
+            np.int32(0) if hit0 else np.int32(1) if hit1 else wide if hit2 else wide + np.int32(1)
+        )
         out_place[0, i] = base
         out_place[1, i] = base + np.int32(step) if hit0 | hit1 | hit2 | hit3 else np.int32(0)
-        out_hits[i] = (
-            np.int32(hit0) + np.int32(hit1) + np.int32(hit2) + np.int32(hit3)
-        )
+        out_hits[i] = np.int32(hit0) + np.int32(hit1) + np.int32(hit2) + np.int32(hit3)
 
 
 @inner
@@ -371,7 +371,11 @@ def land_parts(w: F4, parts: F4, begin: int, count: int, out_corners: F4) -> Non
             out_corners[k, i] = parts[k, begin + i]
     for c in range(4):
         for i in range(RUN):
-            u, v, delta = out_corners[3 * c, i], out_corners[3 * c + 1, i], out_corners[3 * c + 2, i]
+            u, v, delta = (
+                out_corners[3 * c, i],
+                out_corners[3 * c + 1, i],
+                out_corners[3 * c + 2, i],
+            )
             t = w8 * u + w9 * v + w10 + w11 * delta
             scale = ONE / t if t > ZERO else NAN
             out_corners[3 * c, i] = (w0 * u + w1 * v + w2 + w3 * delta) * scale

@@ -97,7 +97,7 @@ def paint_inverse(
     index = scratch("inverse index", (size[0] * size[1],), np.int32)
     behind = scratch("inverse behind", (size[0] * size[1],), np.float32)
     seen = scratch("inverse seen", (size[0] * size[1],), np.uint8)
-    cracks = _layers.find_cracks(centers, tolerance, front, index, behind, seen)
+    cracks = _layers.find_cracks(centers, edges, tolerance, front, index, behind, seen)
     for passage in passages:
         _layers.witness_cracks(
             passage.back,

@@ -41,11 +41,17 @@ def test_a_hole_between_two_samples_of_a_surface_is_a_crack_if_a_reference_sees_
     assert seen.tolist() == [1]
 
 
-@pytest.mark.parametrize("sample", [POST, np.nan, 0.8 * WALL])
+@pytest.mark.parametrize("sample", [POST, 0.8 * WALL])
 def test_a_hole_where_the_reference_sees_something_else_is_an_exposure(sample: float) -> None:
     index, _, seen = found_cracks([WALL, WALL, -1, WALL], [WALL, WALL, sample, WALL])
     assert index.tolist() == [6]
     assert seen.tolist() == [0]
+
+
+def test_where_the_sample_is_missing_those_beside_it_are_asked() -> None:
+    for beside, wanted in ((WALL, 1), (POST, 0)):
+        _, _, seen = found_cracks([WALL, WALL, -1, WALL], [WALL, beside, np.nan, beside])
+        assert seen.tolist() == [wanted]
 
 
 def test_between_two_surfaces_the_farther_is_asked_for() -> None:

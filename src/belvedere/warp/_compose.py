@@ -81,6 +81,7 @@ def copy_row(linear: F4, steps: I4, out_row: F4) -> None:
 
 
 # what kernels compile instead: the one that suits the frame's colours
+# ruff: noqa: PLW0108
 overload(write_row, jit_options={"forceinline": True})(
     lambda linear, table, steps, out_row: (
         (lambda linear, table, steps, out_row: encode_row(linear, table, steps, out_row))

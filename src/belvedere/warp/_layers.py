@@ -219,7 +219,8 @@ def witness_cracks(
 ) -> None:  # fmt: skip
     """Mark the holes in which this reference has a sample of the surface on their sides.
 
-    That tells a crack, which no sample happened to reach, from an exposure as narrow.
+    That tells a crack, which no sample happened to reach, from an exposure as narrow. The nearest
+    sample decides, or those round the place where that one is missing.
 
     Args:
         back: (12,) matrix from the desired view to this reference.
@@ -233,6 +234,7 @@ def witness_cracks(
         out_seen: (count,) 1 where it has one.
     """
     height, stride = disparity.shape
+    last_u, last_v = np.float32(stride) - HALF, np.float32(height) - HALF
     for k in range(count):
         x4, y4 = np.float32(index[k] % width), np.float32(index[k] // width + row_low)
         delta = value[k]
@@ -240,13 +242,18 @@ def witness_cracks(
         if not t > ZERO:
             continue
         scale = ONE / t
-        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale + HALF
-        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale + HALF
-        if not (u >= ZERO and v >= ZERO and u < np.float32(stride) and v < np.float32(height)):
+        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
+        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+        if not (u >= -HALF and v >= -HALF and u < last_u and v < last_v):
             continue
-        apart = abs(disparity[int(v), int(u)] - delta * scale)
-        if apart <= np.float32(tolerance) * delta * scale + FAINT:
-            out_seen[k] = 1
+        own, near = delta * scale, np.float32(tolerance) * delta * scale + FAINT
+        nearest = disparity[int(v + HALF), int(u + HALF)]
+        if not np.isnan(nearest):
+            out_seen[k] |= np.uint8(abs(nearest - own) <= near)
+            continue
+        for j in range(max(int(v), 0), min(int(v) + 2, height)):
+            for i in range(max(int(u), 0), min(int(u) + 2, stride)):
+                out_seen[k] |= np.uint8(abs(disparity[j, i] - own) <= near)
 
 
 @inner

@@ -57,7 +57,7 @@ def is_unsure(delta: Real) -> bool:
 
 @inner
 def is_cut(edge: Real) -> bool:
-    """Whether an edge is known to run through a pixel, from what it holds of surfaces near edges."""
+    """Whether an edge is known to run through a pixel, from what it holds of `out_edge`."""
     return is_unsure(edge) and edge >= ZERO
 
 
@@ -99,8 +99,8 @@ def misses_rows(ya: F4, yb: F4, count: int, first: int, end: int) -> bool:
         a, b = ya[i], yb[i]
         good = abs(a) + abs(b) < np.float32(1e9)  # neither behind the eye nor missing
         upper, lower = np.int32(a if good else ZERO), np.int32(b if good else ZERO)
-        low = min(low, min(upper, lower))
-        high = max(high, max(upper, lower))
+        low = min(low, upper, lower)
+        high = max(high, upper, lower)
         strange |= np.int32(not good)
     return strange == 0 and (high + 2 < first or low - 2 > end)
 
@@ -150,8 +150,8 @@ def test_quads(
     for i in range(RUN):
         x00, x01, x10, x11 = xa[i], xb[i], xc[i], xd[i]
         y00, y01, y10, y11 = ya[i], yb[i], yc[i], yd[i]
-        x_low, x_high = min(min(x00, x01), min(x10, x11)), max(max(x00, x01), max(x10, x11))
-        y_low, y_high = min(min(y00, y01), min(y10, y11)), max(max(y00, y01), max(y10, y11))
+        x_low, x_high = min(x00, x01, x10, x11), max(x00, x01, x10, x11)
+        y_low, y_high = min(y00, y01, y10, y11), max(y00, y01, y10, y11)
         left, top = np.ceil(x_low - REACH), np.ceil(y_low - REACH)
         across, down = np.floor(x_high + REACH) - left, np.floor(y_high + REACH) - top
         total = x00 + x01 + x10 + x11

@@ -72,6 +72,43 @@ def paint_in_order(
     return front, sample
 
 
+def splat_pixel(
+    delta: npt.NDArray[np.float32],
+    right: F8,
+    down: F8,
+    half: float,
+    reach: int,
+    y: int,
+    x: int,
+    tolerance: float,
+) -> tuple[int, int] | None:
+    """The cell whose sample a pixel shows when every sample paints a square; None: nobody's.
+
+    Args:
+        delta: (H, W) disparity of the sample in each cell, NaN where there is none.
+        right: (H, W) its place right of the cell's middle, and down:
+        down: below it, cells.
+        half: half the side of the squares.
+        reach: cells away that are asked.
+        y: the pixel's row.
+        x: its column.
+        tolerance: relative difference in disparity that is still one surface.
+    """
+    reaching = {}
+    for j in range(y - reach, y + reach + 1):
+        for i in range(x - reach, x + reach + 1):
+            off = (i - x + right[j, i], j - y + down[j, i])
+            if not math.isnan(delta[j, i]) and max(abs(off[0]), abs(off[1])) <= half:
+                reaching[j, i] = math.hypot(*off)
+    if not reaching:
+        return None
+    limit = max(float(delta[cell]) for cell in reaching) * (1.0 - tolerance)
+    if delta[y, x] >= limit:
+        return y, x
+    front = {cell: away for cell, away in reaching.items() if delta[cell] >= limit}
+    return min(front, key=lambda cell: front[cell])
+
+
 def merge_layers(
     colors: Sequence[npt.NDArray[np.float32]],
     disparities: Sequence[npt.NDArray[np.float32]],

@@ -209,7 +209,7 @@ def test_what_pixels_show_of_several_layers_is_what_the_slow_twin_says(
 
 
 def test_fuzzy_and_the_inverse_pass_do_not_go_together() -> None:
-    with pytest.raises(InputError, match="composite is 'fuzzy'.*reconstruction=\"offset\""):
+    with pytest.raises(InputError, match=r"composite is 'fuzzy'.*take reconstruction=.offset"):
         warp(beside(0), CENTER, composite="fuzzy")
 
 

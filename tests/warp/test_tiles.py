@@ -171,11 +171,11 @@ def listed(reference: Camera, desired: Camera, low: float, high: float) -> int:
     from belvedere.warp import _tiles
 
     across, down = -(-reference.width // 32), -(-reference.height // 32)
-    ranges = (np.full((down, across), value, np.float32) for value in (low, high))
+    least, most = (np.full((down, across), value, np.float32) for value in (low, high))
     sheets = np.array([(0, reference.width, 1, 0, reference.height, 1)], np.int32)
     tiles = np.empty((across * down, _tiles.FIELDS), np.int32)
     matrix = warp_matrix(reference, desired)
-    return _tiles.list_tiles(sheets, *ranges, matrix, desired.width, desired.height, 2, tiles)
+    return _tiles.list_tiles(sheets, least, most, matrix, desired.width, desired.height, 2, tiles)
 
 
 def turned(camera: Camera, angle: float) -> Camera:

@@ -1,5 +1,7 @@
-"""Kernels that make pixels of layers of words (see `_scatter`): nothing but copies where one
-reference counts, and means in linear light where several see one surface."""
+"""Kernels that make pixels of layers of words (see `_scatter`).
+
+Nothing but copies where one reference counts; means in linear light where several see one surface.
+"""
 
 from __future__ import annotations
 

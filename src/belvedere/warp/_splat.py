@@ -122,7 +122,7 @@ def next_front(delta: F4, right: F4, down: F4, half: F4, row: int, gated: bool, 
                 below = c[x + j] if reaches(xc[x + j], yc[x + j], hc[x + j], step, one) else front
             else:
                 above, level, below = a[x + j], b[x + j], c[x + j]
-            front = max(max(front, above), max(level, below))
+            front = max(front, above, level, below)
         bar = front * keep
         out_limit[x] = bar if (front >= ZERO) & (b[x + 1] < bar) else NEVER
 

@@ -51,7 +51,9 @@ def warp_matrix(reference: Camera, desired: Camera) -> F8:
 @lru_cache(maxsize=64)
 def _inverse(camera: Camera) -> F8:
     """Pixels from rays. Cameras never change, and each is asked for several times a warp."""
-    return np.linalg.inv(camera.matrix)
+    inverse: F8 = np.linalg.inv(camera.matrix).astype(np.float64)
+    inverse.setflags(write=False)
+    return inverse
 
 
 def warp_points(

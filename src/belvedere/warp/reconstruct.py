@@ -133,10 +133,9 @@ class WarpOptions:
 
     @property
     def merge_ratio(self) -> float | None:
-        """How many times larger than its predecessors' a later reference's disparity must be to
-        replace them; None: they are blended.
+        """How many times larger a later reference's disparity must be to replace an earlier's.
 
-        Source: spec offset-buffer-warping 3.4.
+        None: they are blended. Source: spec offset-buffer-warping 3.4.
         """
         ratios = {"blend": None, "nearest": float("inf"), "fuzzy": 1.0 + self.surface_tolerance}
         return ratios[self.composite]

@@ -1,4 +1,4 @@
-"""`point` and `splat`: samples move whole, and only where several references meet are they averaged.
+"""`point` and `splat`: samples move whole, and are averaged only where references meet.
 
 Every reference scatters into a layer of words of its own, disparity and colour in one (see
 `_scatter`); then one pass over the layers makes the frame's pixels.

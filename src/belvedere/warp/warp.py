@@ -256,8 +256,11 @@ def _passage(
     if reconstructor.joins:
         low, high = prepared.surface_range(threads)
         cut = occlusion_compatible_cell_sheets
+    # now, and not in every band, whose threads must not start more
     if reconstructor.together:
-        prepared.silhouettes(threads)  # now, and not in every band
+        prepared.silhouettes(threads)
+    if reconstructor.scatters:
+        prepared.carried(threads)
     sheets = np.array(
         [
             (s.u_low, s.u_high, s.u_step, s.v_low, s.v_high, s.v_step)

@@ -39,7 +39,8 @@ def test_a_pixel_goes_to_the_nearest_center_of_the_front_surface_that_reaches_it
     back[10] = 1.0
     out = np.empty((rows, width), np.int64)
     _splat.spread(
-        word, ((down << 16) | right).astype(np.uint32), back, growth**2, 0.0, size, halo, 0, 0.03, out
+        word, ((down << 16) | right).astype(np.uint32), back, growth**2, 0.0, size, halo, 0, 0.03,
+        out,
     )  # fmt: skip
     half = 0.5 * size if size else max(0.7072 * growth, 0.5)
     for y, x in np.ndindex(rows, width):

@@ -294,6 +294,27 @@ def test_interpreted_kernels_never_reach_outside_an_array(reconstruction: str) -
     assert done.stdout.strip() == "sound"
 
 
+@pytest.mark.parametrize("choices", [
+    {"reconstruction": "point"}, {"reconstruction": "splat", "splat": SplatOptions(size=3)},
+    {"reconstruction": "splat"}])  # fmt: skip
+def test_points_and_splats_take_less_than_64_bytes_a_pixel(choices: dict[str, Any]) -> None:
+    from belvedere.studio._bench_memory import peak_megabytes
+
+    rng = np.random.default_rng(9)
+    camera = straight_camera(512, 512)
+    views = [
+        prepare(view_of(camera.moved((0.1 * n, 0, 0)), boards(rng, 512, 512)[0],
+                        noise(rng, 512, 512)))
+        for n in range(5)
+    ]  # fmt: skip
+
+    def run() -> Frame:
+        return warp(views, camera, threads=2, **choices)
+
+    run()
+    assert peak_megabytes(run) * 1e6 < 64 * 512 * 512
+
+
 # ---- saying no ---------------------------------------------------------------------------------
 
 VIEW = view_of(straight_camera(8, 6), np.ones((6, 8)))

@@ -28,8 +28,8 @@ F4 = npt.NDArray[np.float32]
 
 BANDS_PER_THREAD = 3
 """Bands are handed to whichever thread is free; a few per thread even out their loads."""
-SCATTERED_PER_THREAD = 2
-"""The same where samples scatter: those near the border of two bands move twice, which counts."""
+SCATTERED_PER_THREAD = 1
+"""The same where samples scatter: those that may land on either side of a border move twice."""
 
 SMALLEST_BAND = 8192
 """Pixels of a band for which waking a thread is worth while."""
@@ -57,8 +57,9 @@ def warp(
 
     Args:
         views: one reference view or several; with several, each desired pixel shows the surface in
-            front, blended from all that see it (``composite="blend"``) or taken from the reference
-            whose center is nearest (``composite="nearest"``).
+            front, blended from all that see it (``composite="blend"``), or is taken from the
+            reference whose center is nearest, always (``composite="nearest"``) or unless another's
+            surface is clearly nearer (``composite="fuzzy"``, not with ``inverse``).
         camera: planar camera to fill; any pose and size, same world.
         threads: how many to use, by default as many as there are processors. The result does not
             depend on it.
@@ -88,9 +89,11 @@ def warp(
     leave as holes.
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
-    `LARGEST_BAND` pixels: 52 bytes a pixel and 10 for each reference; for the others 24 for each
-    reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at most 32 MB a
-    thread with two references.
+    `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
+    24 for each reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at
+    most 32 MB a thread with two references. For ``point`` 8 bytes for each reference, for
+    ``splat`` 12 more, and with several references of ``float32`` colour 4 more for each: with the
+    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to five references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.

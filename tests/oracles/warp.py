@@ -6,6 +6,7 @@ Specs image-warping 3.2-3.7, offset-buffer-warping 3.1-3.6.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +70,80 @@ def paint_in_order(
             front[py, px] = delta[row, column]
             sample[py, px] = index
     return front, sample
+
+
+def splat_pixel(
+    delta: npt.NDArray[np.float32],
+    right: F8,
+    down: F8,
+    half: float,
+    reach: int,
+    y: int,
+    x: int,
+    tolerance: float,
+) -> tuple[int, int] | None:
+    """The cell whose sample a pixel shows when every sample paints a square; None: nobody's.
+
+    Args:
+        delta: (H, W) disparity of the sample in each cell, NaN where there is none.
+        right: (H, W) its place right of the cell's middle, and down:
+        down: below it, cells.
+        half: half the side of the squares.
+        reach: cells away that are asked.
+        y: the pixel's row.
+        x: its column.
+        tolerance: relative difference in disparity that is still one surface.
+    """
+    reaching = {}
+    for j in range(y - reach, y + reach + 1):
+        for i in range(x - reach, x + reach + 1):
+            off = (i - x + right[j, i], j - y + down[j, i])
+            if not math.isnan(delta[j, i]) and max(abs(off[0]), abs(off[1])) <= half:
+                reaching[j, i] = math.hypot(*off)
+    if not reaching:
+        return None
+    limit = max(float(delta[cell]) for cell in reaching) * (1.0 - tolerance)
+    if delta[y, x] >= limit:
+        return y, x
+    front = {cell: away for cell, away in reaching.items() if delta[cell] >= limit}
+    return min(front, key=lambda cell: front[cell])
+
+
+def merge_layers(
+    colors: Sequence[npt.NDArray[np.float32]],
+    disparities: Sequence[npt.NDArray[np.float32]],
+    weights: npt.ArrayLike,
+    composite: str,
+    tolerance: float,
+) -> tuple[F8, F8]:
+    """Whole pixels of several references to one: (H, W, C) linear colour, (H, W) disparity.
+
+    "blend": the weighted mean of all that lie within the tolerance of the front; "nearest": the
+    first that has anything; "fuzzy": a later one replaces an earlier if it is nearer by more than
+    the tolerance (spec offset-buffer-warping 3.4). Holes are 0 and NaN.
+    """
+    shape = colors[0].shape
+    color, disparity = np.zeros(shape), np.full(shape[:2], np.nan)
+    for y, x in np.ndindex(shape[:2]):
+        seen = [n for n, one in enumerate(disparities) if not math.isnan(one[y, x])]
+        if not seen:
+            continue
+        deltas = {n: float(disparities[n][y, x]) for n in seen}
+        if composite == "blend":
+            front = max(deltas.values())
+            chosen = [n for n in seen if deltas[n] >= front * (1 - tolerance)]
+        else:
+            best = seen[0]
+            for n in seen[1:]:
+                if composite == "fuzzy" and deltas[n] > deltas[best] * (1 + tolerance):
+                    best = n
+            chosen = [best]
+        share = np.array([np.asarray(weights)[n] for n in chosen], float)
+        share /= share.sum()
+        disparity[y, x] = sum(s * deltas[n] for s, n in zip(share, chosen, strict=True))
+        color[y, x] = sum(s * colors[n][y, x].astype(float)
+                          for s, n in zip(share, chosen, strict=True))  # fmt: skip
+    return color, disparity
 
 
 def filter_weight(x: float, y: float, reading: str, radius: float = 1.0) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,46 @@ def test_on_a_real_pair_with_true_disparity_offset_beats_point(
     assert scores["offset"] >= offset - 0.1
     assert scores["mesh"] >= mesh - 0.1
     assert scores["offset"] - scores["point"] >= 1.0
+
+
+def flicker(reconstruction: Any, tolerance: float) -> float:
+    """Mean square change of a pixel from frame to frame while the eye creeps along a noisy wall.
+
+    The nearest reference stays the same one, so that only the z-buffer can swap them.
+    """
+    rng = np.random.default_rng(5)
+    width, height, focal = 96, 72, 96.0
+    k = [[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]]
+    home = Camera.from_intrinsics(k, np.eye(4), width, height)
+    grain = rng.uniform(0.0, 1.0, (600, 600)).astype(np.float32)
+    views = []
+    for center in ((-0.31, 0.02, 0.0), (0.5, -0.03, 0.1)):  # the wall is at 4 metres
+        camera = home.moved(center)
+        disparity = np.full((height, width), 1.0 / (4.0 - center[2]))
+        points = camera.unproject(*camera.pixel_grid(), disparity)
+        cells = np.floor((points[..., :2] + 6.0) / 0.03).astype(int)
+        color = np.repeat(grain[cells[..., 1], cells[..., 0]][..., None], 3, axis=-1)
+        disparity *= 1.0 + 0.004 * rng.normal(size=disparity.shape)
+        views.append(ReferenceView(camera, color, disparity.astype(np.float32)))
+    frames = []
+    for step in range(12):  # a twentieth of a pixel each
+        camera = home.moved((-0.25 + step * 0.05 * 4.0 / focal, 0.01, 0.003 * step))
+        frames.append(warp(views, camera, reconstruction=reconstruction, composite="fuzzy",
+                           surface_tolerance=tolerance))  # fmt: skip
+    inside = np.s_[8:-8, 20:-20, 0]
+    changes = [b.color[inside] - a.color[inside] for a, b in itertools.pairwise(frames)]
+    return float(np.mean(np.square(changes)))
+
+
+@pytest.mark.parametrize(
+    ("reconstruction", "share"), [("mesh", 0.3), ("offset", 0.4), ("splat", 0.8)]
+)
+def test_6_5_a_fuzzy_z_buffer_flickers_less_than_a_hard_one(
+    reconstruction: Any, share: float
+) -> None:
+    """Two references with depths jittered by 0.4 %. Measured: 0.21, 0.32 and 0.73 of the hard
+    z-buffer's flicker."""
+    assert flicker(reconstruction, 0.03) < share * flicker(reconstruction, 0.0)
 
 
 def test_6_6_nine_references_leave_under_one_per_cent_of_holes_within_twenty_degrees() -> None:

@@ -7,11 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from belvedere.ground.color import decode_srgb8
-from belvedere.ground.errors import ViewError
+from belvedere.ground.color import (
+    LINEAR_TO_SRGB8,
+    SRGB8_TO_LINEAR,
+    color_to_linear,
+    color_to_srgb8,
+    decode_srgb8,
+    encode_srgb8,
+)
+from belvedere.ground.errors import InputError, ViewError
 from belvedere.scene import ReferenceView
 from belvedere.warp import RECONSTRUCTIONS, prepare, warp
 from belvedere.warp.warp import nearest_first, nearness_weights
+from tests.oracles.warp import merge_layers
 from tests.warp.worlds import grey, noise, straight_camera, view_of
 
 CENTER = straight_camera(24, 18)
@@ -125,6 +133,100 @@ def test_surfaces_within_the_tolerance_are_averaged_and_beyond_it_the_front_one_
     np.testing.assert_allclose(strict.disparity, 0.255, rtol=1e-5)
     far = warp([beside(0, 0, 0.25), beside(0, 255, 0.5)], CENTER, reconstruction="point")
     assert np.all(far.color == 255)
+
+
+LAYERED = tuple(name for name in RECONSTRUCTIONS if name != "inverse")
+
+
+@pytest.mark.parametrize("reconstruction", LAYERED)
+def test_fuzzy_keeps_the_nearest_reference_unless_another_is_clearly_in_front(
+    reconstruction: Any,
+) -> None:
+    def shown(second: float, tolerance: float = 0.03) -> int:
+        # 24 x 0.25 x 1/3 is 2 pixels; the others are seen from there too, a hair farther away
+        views = [beside(1 / 3, 50, 0.25), beside(1 / 3 + 1e-6, 200, second)]
+        frame = warp(views[::-1], CENTER, reconstruction=reconstruction, composite="fuzzy",
+                     surface_tolerance=tolerance)  # fmt: skip
+        inside = frame.color[MIDDLE]
+        assert np.all(inside == inside[0, 0])
+        return int(inside[0, 0, 0])
+
+    assert shown(0.2) == 50  # farther never replaces
+    assert shown(0.25 * 1.02) == 50  # a little nearer neither
+    assert shown(0.25 * 1.04) == 200
+    assert shown(0.25 * 1.02, 0.01) == 200
+    assert shown(0.25 * 1.0001, 0.0) == 200  # tolerance 0: the hard z-buffer
+    assert shown(0.25 / 1.0001, 0.0) == 50
+
+
+@pytest.mark.parametrize("kind", ["rgb8", "rgba8", "rgb32", "rgba32"])
+def test_fuzzy_asks_later_references_against_what_is_there_already(kind: str) -> None:
+    """2 % steps: the second does not replace the first, the third replaces the first; 6 % does."""
+    rng = np.random.default_rng(3)
+    colors = [noise(rng, 18, 24, kind) for _ in range(4)]
+    cases = (((1.0, 1.02, 1.04, 1.06), 2), ((1.0, 1.04, 1.06, 1.08), 3), ((1.0, 1.04, 1.06), 1))
+    for steps, winner in cases:
+        views = [
+            view_of(
+                straight_camera(24, 18, (n * 1e-7, 0, 0)), np.full((18, 24), 0.25 * step), color
+            )
+            for n, (step, color) in enumerate(zip(steps, colors, strict=False))
+        ]
+        frame = warp(views, CENTER, reconstruction="point", composite="fuzzy")
+        np.testing.assert_array_equal(frame.color, colors[winner])
+        np.testing.assert_allclose(frame.disparity, 0.25 * steps[winner], rtol=1e-6)
+        assert (frame.coverage == 1).all()
+
+
+@pytest.mark.parametrize("kind", ["rgb8", "rgba8", "rgb32", "rgba32"])
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+@pytest.mark.parametrize("composite", ["blend", "nearest", "fuzzy"])
+def test_what_pixels_show_of_several_layers_is_what_the_slow_twin_says(
+    composite: Any, count: int, kind: str
+) -> None:
+    """Every layer is warped alone, and the layers are merged in float64, pixel by pixel."""
+    rng = np.random.default_rng(count)
+    views, layers = [], []
+    for n in range(count):
+        camera = straight_camera(24, 18, (0.02 * (n + 1), 0, 0))
+        disparity = 0.25 * rng.choice([1.0, 1.01, 1.02, 1.2, 1.7, np.nan], (18, 24))
+        views.append(view_of(camera, disparity, noise(rng, 18, 24, kind)))
+        layers.append(warp(views[-1], CENTER, reconstruction="point", visibility="zbuffer"))
+    weights = nearness_weights([prepare(view) for view in views], CENTER)
+    frame = warp(views, CENTER, reconstruction="point", visibility="zbuffer", composite=composite)
+    color, disparity = merge_layers(
+        [color_to_linear(one.color) for one in layers],
+        [one.disparity for one in layers], weights, composite, 0.03,
+    )  # fmt: skip
+    np.testing.assert_array_equal(frame.coverage, np.isfinite(disparity))
+    np.testing.assert_allclose(frame.disparity, disparity, rtol=1e-5)
+    if "8" in kind:
+        wanted = color_to_srgb8(color.astype(np.float32))
+        assert np.abs(frame.color.astype(int) - wanted).max() <= 1
+        assert (frame.color == wanted).mean() > 0.99
+    else:
+        np.testing.assert_allclose(frame.color, color, rtol=1e-5, atol=1e-6)
+
+
+def test_fuzzy_and_the_inverse_pass_do_not_go_together() -> None:
+    with pytest.raises(InputError, match=r"composite is 'fuzzy'.*take reconstruction=.offset"):
+        warp(beside(0), CENTER, composite="fuzzy")
+
+
+def test_bytes_mix_in_a_table_as_their_radiances_do() -> None:
+    from belvedere.warp import _join
+
+    table = np.empty(65536, np.uint8)
+    for first in (0.5, 0.9, 0.03):
+        _join.pair_table(
+            np.float32(first), np.float32(1 - first), SRGB8_TO_LINEAR, LINEAR_TO_SRGB8, table
+        )
+        linear = SRGB8_TO_LINEAR.astype(float)
+        mean = encode_srgb8(first * linear[:, None] + (1 - first) * linear[None, :])
+        difference = np.abs(table.reshape(256, 256).astype(int) - mean)
+        assert difference.max() <= 1
+        assert (difference == 0).mean() > 0.97  # the table of encoding has 4096 entries
+        np.testing.assert_array_equal(table[:: 256 + 1], np.arange(256))
 
 
 def test_colours_of_different_types_are_not_mixed() -> None:

@@ -63,18 +63,19 @@ def landings(halo: int, begin: int, rows: int, middle: float) -> list[set[tuple[
     step = np.spacing(np.float32(middle)) / 2
     w = np.zeros(12, np.float32)
     w[4], w[6], w[10] = step, middle - step * width / 2, 1.0
-    disparity = np.zeros((1, width), np.float32)
+    disparity, number = np.zeros((1, width), np.float32), np.arange(width, dtype=np.uint32)[None]
     seen = []
     for u in range(0, width, 32):  # one tile at a time, or they hide one another
         tile = np.array([[u, u + 32, 1, 0, 1, 1, 0, 64]], np.int32)
-        sample = np.full((rows + 2 * halo, 1 + 2 * halo), -1, np.int32)
-        front = np.full(sample.shape, -1.0, np.float32)
+        shape = (rows + 2 * halo, 1 + 2 * halo)
+        word = np.empty(shape[0] * shape[1] + _scatter.SPARE, np.int64)
         _scatter.scatter(
-            w, disparity, tile, halo, begin - halo, sample.shape[1], sample.shape[0], 64, True,
-            sample.reshape(-1), front.reshape(-1),
-        )  # fmt: skip
-        hit = zip(*np.nonzero(sample >= 0), strict=True)
-        seen.append({(int(v) + begin - halo, int(sample[v, x])) for v, x in hit})
+            w, disparity, number, tile, halo, begin - halo, shape[1], shape[0], 64, True, word, None
+        )
+        held = word[: shape[0] * shape[1]].reshape(shape)
+        v, x = np.nonzero(held != _scatter.EMPTY)
+        sample = held[v, x] & _scatter.CARRIED
+        seen.append({(int(y) + begin - halo, int(n)) for y, n in zip(v, sample, strict=True)})
     return seen
 
 

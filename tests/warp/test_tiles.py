@@ -164,3 +164,42 @@ def test_tiles_come_in_the_order_of_their_sheets() -> None:
         [64, 96, -1, 32, 40, 1],
         [50, 64, -1, 32, 40, 1],
     ]
+
+
+def listed(reference: Camera, desired: Camera, low: float, high: float) -> int:
+    """Tiles of a reference with disparities from ``low`` to ``high`` that may reach the view."""
+    from belvedere.warp import _tiles
+
+    across, down = -(-reference.width // 32), -(-reference.height // 32)
+    least, most = (np.full((down, across), value, np.float32) for value in (low, high))
+    sheets = np.array([(0, reference.width, 1, 0, reference.height, 1)], np.int32)
+    tiles = np.empty((across * down, _tiles.FIELDS), np.int32)
+    matrix = warp_matrix(reference, desired)
+    return _tiles.list_tiles(sheets, least, most, matrix, desired.width, desired.height, 2, tiles)
+
+
+def turned(camera: Camera, angle: float) -> Camera:
+    """The camera turned about the world's vertical axis, radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+    return Camera(turn @ camera.matrix, camera.center, camera.width, camera.height)
+
+
+def test_a_reference_that_looks_elsewhere_has_no_tiles_and_one_that_looks_along_has_all() -> None:
+    """53 degrees across: beyond that angle nothing at infinity is shared; near things may be."""
+    camera = straight_camera(512, 512)
+    assert listed(camera, camera, 0.1, 1.0) == 256
+    for angle in (1.0, 2.0, np.pi):
+        assert listed(turned(camera, angle), camera, 0.1, 1.0) == 0
+    half = listed(turned(camera, 0.45), camera, 0.1, 1.0)
+    assert 96 <= half <= 160
+    aside = camera.moved((0.4, -0.5, 0))
+    assert listed(turned(aside, np.pi / 2), camera, 0.0, 0.2) < 32
+
+
+def test_tiles_that_reach_through_the_plane_of_the_eye_are_bounded_too() -> None:
+    """A metre ahead, with things at half a metre to two: what is in view at two metres was within
+    a quarter of the picture's width of its middle, and nearer things are behind or aside."""
+    camera = straight_camera(512, 512)
+    assert listed(camera, camera.moved((0.0, 1.0, 0.0)), 0.5, 2.0) == 10 * 10
+    assert listed(camera, camera.moved((3.0, 1.0, 0.0)), 0.5, 2.0) == 0

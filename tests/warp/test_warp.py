@@ -118,15 +118,16 @@ def test_offset_covers_wholly_what_has_samples_and_nothing_else() -> None:
 # ---- threads -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("reconstruction", "visibility", "composite"), list(
-    product(RECONSTRUCTIONS, VISIBILITIES, ("blend", "nearest"))))  # fmt: skip
+@pytest.mark.parametrize(("reconstruction", "visibility", "composite"), [
+    one for one in product(RECONSTRUCTIONS, VISIBILITIES, ("blend", "nearest", "fuzzy"))
+    if one[0] != "inverse" or one[2] != "fuzzy"])  # fmt: skip
 def test_the_number_of_threads_does_not_change_a_byte(
     reconstruction: Any, visibility: Any, composite: Any
 ) -> None:
     rng = np.random.default_rng(7)
     for n in range(5):
         views = []
-        for _ in range(2 if n else 1):
+        for _ in range((1, 2, 3, 2, 2)[n]):
             disparity, _ = boards(rng, 61, 97)
             disparity *= np.linspace(1, 2, 97, dtype=np.float32)
             disparity[rng.random(disparity.shape) < 0.03] = np.nan
@@ -246,7 +247,9 @@ def test_two_thousand_strange_cameras_break_nothing(reconstruction: Any) -> None
             threads=1,
             reconstruction=reconstruction,
             visibility=VISIBILITIES[n // 7 % 2],
-            composite=("blend", "nearest")[n // 5 % 2],
+            composite=("blend", "nearest", "fuzzy")[
+                n // 5 % (2 if reconstruction == "inverse" else 3)
+            ],
             offset=OffsetOptions(density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2]),
             splat=SplatOptions(size=("jacobian", 5)[n % 2]),
         )
@@ -269,7 +272,7 @@ for n in range(60):
     assert_frame_is_sound(warp(
         [view, view] if n % 2 else view, strange_camera(rng, n, view), threads=1,
         reconstruction=reconstruction, visibility=("order", "zbuffer")[n % 2],
-        composite=("blend", "nearest")[n // 2 % 2],
+        composite=("blend", "nearest", "fuzzy")[n // 2 % (2 if reconstruction == "inverse" else 3)],
         offset=OffsetOptions(density=("adaptive", 4)[n % 2], largest=8),
         splat=SplatOptions(size=("jacobian", 5)[n // 2 % 2]),
     ))
@@ -289,6 +292,27 @@ def test_interpreted_kernels_never_reach_outside_an_array(reconstruction: str) -
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.strip() == "sound"
+
+
+@pytest.mark.parametrize("choices", [
+    {"reconstruction": "point"}, {"reconstruction": "splat", "splat": SplatOptions(size=3)},
+    {"reconstruction": "splat"}])  # fmt: skip
+def test_points_and_splats_take_less_than_64_bytes_a_pixel(choices: dict[str, Any]) -> None:
+    from belvedere.studio._bench_memory import peak_megabytes
+
+    rng = np.random.default_rng(9)
+    camera = straight_camera(512, 512)
+    views = [
+        prepare(view_of(camera.moved((0.1 * n, 0, 0)), boards(rng, 512, 512)[0],
+                        noise(rng, 512, 512)))
+        for n in range(5)
+    ]  # fmt: skip
+
+    def run() -> Frame:
+        return warp(views, camera, threads=2, **choices)
+
+    run()
+    assert peak_megabytes(run) * 1e6 < 64 * 512 * 512
 
 
 # ---- saying no ---------------------------------------------------------------------------------

@@ -71,7 +71,8 @@ def warp_cloud(prepared: tuple[Any, Any], camera: Camera, threads: int) -> Pictu
 
 
 FIELD: tuple[Rival, ...] = (
-    Rival("c-point", "compiled C: points into one z-buffer, the least that can be done",
+    Rival("c-point", "compiled C: points into one z-buffer, the least that can be done (the front "
+          "sample's bytes: no blending in linear light, no coverage, no culling)",
           "a C compiler such as gcc or clang, on the path", prepare_c, warp_c, 1),
     Rival("opencv-remap", "OpenCV registerDepth, colour by remap (bilinear); nearest fused",
           PEERS_EXTRA, prepare_registered, warp_registered),

@@ -101,27 +101,36 @@ def encode(linear: F4, table: U1, out_color: U1) -> None:
 
 @kernel
 def overlay(
-    colors: F4, disparities: F4, coverages: F4,
+    colors: F4, disparities: F4, coverages: F4, ratio: Real,
     out_color: F4, out_disparity: F4, out_coverage: F4,
 ) -> None:  # fmt: skip
-    """The nearest reference over the farther ones, pixel by pixel, without comparing depths.
+    """One layer for each pixel: the first, unless a later one is clearly nearer.
 
-    Layers (n, rows, width[, 4]) come nearest first; a disparity of -1 is uncovered.
+    Args:
+        colors: (n, rows, width, 4), the preferred layer first.
+        disparities: (n, rows, width), -1 = uncovered.
+        coverages: (n, rows, width).
+        ratio: how many times larger a later layer's disparity must be to replace what is there;
+            infinity: only where nothing is.
+        out_color: (rows, width, 4).
+        out_disparity: (rows, width), -1 = uncovered.
+        out_coverage: (rows, width).
+
+    Source: Popescu and Lastra's fuzzy z-buffer; spec offset-buffer-warping 3.4.
     """
     count, rows, width, _ = colors.shape
+    factor = np.float32(ratio)
     for y in range(rows):
         for x in range(width):
-            out_disparity[y, x] = np.float32(-1.0)
-            out_coverage[y, x] = ZERO
+            shown, held = 0, disparities[0, y, x]
+            for n in range(1, count):
+                delta = disparities[n, y, x]
+                if delta >= ZERO and (held < ZERO or delta > held * factor):
+                    shown, held = n, delta
+            out_disparity[y, x] = held
+            out_coverage[y, x] = coverages[shown, y, x] if held >= ZERO else ZERO
             for k in range(4):
-                out_color[y, x, k] = ZERO
-            for n in range(count):
-                if disparities[n, y, x] >= ZERO:
-                    out_disparity[y, x] = disparities[n, y, x]
-                    out_coverage[y, x] = coverages[n, y, x]
-                    for k in range(4):
-                        out_color[y, x, k] = colors[n, y, x, k]
-                    break
+                out_color[y, x, k] = colors[shown, y, x, k] if held >= ZERO else ZERO
 
 
 @kernel

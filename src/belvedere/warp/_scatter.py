@@ -1,76 +1,189 @@
 """Kernels of the scattering reconstructors: which sample each desired pixel sees.
 
-Samples are scattered once, as indices: colour follows afterwards, whatever its type and channels.
+A layer is an array of words, one a cell: a sample's warped disparity and what it carries, which is
+its colour where that fits into 32 bits, else its number::
+
+      63 62           32 31            0
+      +-+--------------+---------------+
+      |0| bits of d    |  carried      |        EMPTY: all bits set, so that any sample is larger
+      +-+--------------+---------------+
+
+Moving a sample is then one store, and comparing two of them one comparison of whole numbers: the
+bits of floats from 0 on are ordered as the floats are.
+
 Each kernel works on one band of the desired view with a halo round it, cells whose upper left one
-is pixel (x_low, y_low). Samples are visited tile by tile in occlusion-compatible order, so the
-result does not depend on how the view was cut into bands.
+is pixel (-halo, y_low). Samples are visited in occlusion-compatible order, row by row through all
+tiles that stand side by side, whichever of them the band leaves out: so the result does not depend
+on how the view was cut into bands, and memory is read in one go.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
+from belvedere.ground.simd import bits_of
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int64]
 U1 = npt.NDArray[np.uint8]
+U4 = npt.NDArray[np.uint32]
 
 HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
-TURNED = np.float32(0.7072)
-"""Half the side, in spacings, of the smallest upright squares that leave no gap round the points of
-a square lattice, however it is turned: half the diagonal, and a rounding more."""
+
+EMPTY = np.int64(-1)
+"""The word of a cell without a sample."""
+CARRIED = np.int64(0xFFFFFFFF)
+"""The part of a word that is carried."""
+HIGH = np.int64(32)
+"""Bits above which the disparity stands."""
+
+PLACES = np.float32(65536.0)
+"""Steps of a place within its cell, per axis: finer than float32 knows it in any large view."""
+SPARE = TILE
+"""Cells behind a layer that take the samples that land nowhere: one for each column of a tile, so
+that no two stores in a row wait for one another."""
+
+
+@kernel
+def pack_bytes(color: U1, out_carried: U4) -> None:
+    """Colours (rows, width, 3|4) as one number each, the first channel lowest; no alpha is 0."""
+    rows, width, channels = color.shape
+    for y in range(rows):
+        source, target = color[y], out_carried[y]
+        for x in range(width):
+            value = np.uint32(source[x, 0])
+            value |= np.uint32(source[x, 1]) << np.uint32(8)
+            value |= np.uint32(source[x, 2]) << np.uint32(16)
+            target[x] = value
+        if channels == 4:
+            for x in range(width):
+                target[x] |= np.uint32(source[x, 3]) << np.uint32(24)
+
+
+@inner
+def land(
+    u: Real, delta: Real, carried: Real, r: Real, s: Real, t: Real, r_step: Real, s_step: Real,
+    t_step: Real, r_near: Real, s_near: Real, t_near: Real, shift: Real, right: Real, top: Real,
+    bottom: Real, row_low: Real, across: Real, spare: Real,
+) -> tuple[Real, Real, Real]:  # fmt: skip
+    """Cell, word and place of one sample; see `land_row`.
+
+    Straight-line arithmetic on numbers alone on purpose: it vectorises, and what a caller does not
+    use costs nothing.
+    """
+    depth = t_step * u + t + t_near * delta
+    scale = ONE / depth
+    x = (r_step * u + r + r_near * delta) * scale + shift
+    y = (s_step * u + s + s_near * delta) * scale + shift
+    inside = (depth > ZERO) & (x >= ZERO) & (x < right) & (y >= top) & (y < bottom)
+    x = x if inside else ZERO
+    y = y if inside else ZERO
+    column, line = np.int32(x), np.int32(y)
+    cell = np.int32(np.int32(np.int32(line - row_low) * across) + column)
+    word = (np.int64(bits_of(abs(delta * scale))) << HIGH) | np.int64(carried)
+    place_x = np.uint32(np.int32((x - np.float32(column)) * PLACES))
+    place_y = np.uint32(np.int32((y - np.float32(line)) * PLACES))
+    return np.uint32(cell if inside else spare), word, (place_y << np.uint32(16)) | place_x
 
 
 @inner
 def land_row(
-    w: F4, v: int, u_low: int, count: int, disparity: F4, halo: int, y_low: int, columns: int,
-    first: int, end: int, out_cell: I4, out_delta: F4,
+    w: F4, v: int, u_low: int, disparity: F4, carried: U4, halo: int, y_low: int, columns: int,
+    first: int, end: int, none: int, out_cell: U4, out_word: I8, out_place: U4 | None,
 ) -> None:  # fmt: skip
-    """Cell (or -1) and warped disparity of ``count`` samples of one reference row.
+    """Cells, words and places of one row of a tile, (count,) each.
 
-    w is the warp matrix, (12,) row by row; cell (0, 0) is pixel (-halo, y_low), and samples that
-    land in rows of pixels [first, end) count. Straight-line arithmetic on purpose: it vectorises.
-    Places are rounded before ``y_low`` comes in, so that they are the same for every band.
+    Rows of pixels [first, end) count; a sample that lands outside gets one of the cells from
+    ``none`` on. Places are rounded before ``y_low`` comes in: they are the same for every band.
     """
-    v4 = np.float32(v)
-    r0 = w[1] * v4 + w[2]
-    s0 = w[5] * v4 + w[6]
-    t0 = w[9] * v4 + w[10]
+    v4, base = np.float32(v), np.float32(u_low)
+    r, s, t = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
+    r_step, s_step, t_step, r_near, s_near, t_near = w[0], w[4], w[8], w[3], w[7], w[11]
     shift = HALF + np.float32(halo)
     right, top, bottom = np.float32(columns), np.float32(first + halo), np.float32(end + halo)
-    row_low = np.int32(y_low + halo)
+    row_low, across, spare = np.int32(y_low + halo), np.int32(columns), np.int32(none)
+    if out_place is not None:
+        for i in range(disparity.shape[0]):
+            lane = np.int32(i)
+            out_cell[i], out_word[i], out_place[i] = land(
+                base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
+                r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
+                np.int32(spare + lane),
+            )  # fmt: skip
+        return
+    for i in range(disparity.shape[0]):
+        lane = np.int32(i)
+        out_cell[i], out_word[i], _ = land(
+            base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
+            r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
+            np.int32(spare + lane),
+        )  # fmt: skip
+
+
+@inner
+def keep_last(cells: U4, words: I8, places: U4 | None, count: int, step: int, out_word: I8,
+              out_place: U4 | None) -> None:  # fmt: skip
+    """Painter's: what comes later in the direction of scan replaces what is there."""
+    if step > 0:
+        for i in range(count):
+            cell = cells[i]
+            out_word[cell] = words[i]
+            if out_place is not None and places is not None:
+                out_place[cell] = places[i]
+        return
     for i in range(count):
-        u = np.float32(u_low + i)
-        delta = disparity[v, u_low + i]
-        t = w[8] * u + t0 + w[11] * delta
-        scale = ONE / t
-        x = (w[0] * u + r0 + w[3] * delta) * scale + shift
-        y = (w[4] * u + s0 + w[7] * delta) * scale + shift
-        inside = (t > ZERO) & (x >= ZERO) & (x < right) & (y >= top) & (y < bottom)
-        x = x if inside else ZERO
-        y = y if inside else ZERO
-        cell = (np.int32(y) - row_low) * np.int32(columns) + np.int32(x)
-        out_cell[i] = cell if inside else np.int32(-1)
-        out_delta[i] = delta * scale
+        back = np.uint64(count - 1 - i)  # unsigned: Numba would ask whether it counts from the end
+        cell = cells[back]
+        out_word[cell] = words[back]
+        if out_place is not None and places is not None:
+            out_place[cell] = places[back]
+
+
+@inner
+def keep_nearest(
+    cells: U4, words: I8, places: U4 | None, count: int, out_word: I8, out_place: U4 | None
+) -> None:
+    """The larger disparity stays; of equals the one that came first."""
+    for i in range(count):
+        cell = cells[i]
+        held = out_word[cell]
+        nearer = words[i] > (held | CARRIED)
+        out_word[cell] = words[i] if nearer else held
+        if out_place is not None and places is not None:
+            out_place[cell] = places[i] if nearer else out_place[cell]
+
+
+@inner
+def row_of_tiles(tiles: I4, begin: int) -> int:
+    """Where the tiles end that stand side by side in one sheet, from ``begin`` on."""
+    end = begin + 1
+    while end < tiles.shape[0] and (
+        (tiles[end, 2] == tiles[begin, 2])
+        & (tiles[end, 3] == tiles[begin, 3])
+        & (tiles[end, 4] == tiles[begin, 4])
+        & (tiles[end, 5] == tiles[begin, 5])
+    ):
+        end += 1
+    return end
 
 
 @kernel
 def scatter(
-    w: F4, disparity: F4, tiles: I4, halo: int, y_low: int, columns: int, rows: int, height: int,
-    by_order: bool, out_sample: I4, out_disparity: F4,
+    w: F4, disparity: F4, carried: U4, tiles: I4, halo: int, y_low: int, columns: int, rows: int,
+    height: int, by_order: bool, out_word: I8, out_place: U4 | None,
 ) -> None:  # fmt: skip
     """Each sample lands in the one cell whose square holds it.
 
     Args:
         w: (12,) warp matrix.
         disparity: (H, W).
+        carried: (H, W) what each sample takes along.
         tiles: (n, FIELDS) from `list_tiles`.
         halo: cells left of the desired view's first column.
         y_low: desired row of the first cell, at least -halo.
@@ -78,189 +191,35 @@ def scatter(
         rows: cells down.
         height: of the whole desired view.
         by_order: later samples win (painter's); otherwise the larger disparity wins.
-        out_sample: (rows * columns,) ``v * W + u`` of the sample seen, preset to -1.
-        out_disparity: (rows * columns,) its warped disparity, preset to -1.
+        out_word: (rows * columns + SPARE,) words of the samples seen.
+        out_place: same length, or None (which makes a kernel of its own): right and down from the
+            cell's upper left corner in 1 / PLACES of it, the latter in the upper half; written
+            where a sample is seen.
     """
-    stride = disparity.shape[1]
-    cells = np.empty(TILE, np.int32)
-    delta = np.empty(TILE, np.float32)
-    for n in range(tiles.shape[0]):
-        if tiles[n, 7] <= y_low or tiles[n, 6] >= y_low + rows:
-            continue
-        u_low, count, u_step = tiles[n, 0], tiles[n, 1] - tiles[n, 0], tiles[n, 2]
-        # what float32 lands outside the tile's float64 bounds is noise: the same for every band
-        top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
-        bottom = min(tiles[n, 7], y_low + rows) if tiles[n, 7] < height else y_low + rows
-        for j in range(tiles[n, 4] - tiles[n, 3]):
-            v = tiles[n, 3] + j if tiles[n, 5] > 0 else tiles[n, 4] - 1 - j
-            land_row(w, v, u_low, count, disparity, halo, y_low, columns, top, bottom, cells, delta)
-            first = v * stride + u_low
-            if not by_order:
-                for i in range(count):
-                    cell = cells[i]
-                    if cell >= 0 and delta[i] > out_disparity[cell]:
-                        out_disparity[cell] = delta[i]
-                        out_sample[cell] = first + i
-            elif u_step > 0:
-                for i in range(count):
-                    cell = cells[i]
-                    if cell >= 0:
-                        out_disparity[cell] = delta[i]
-                        out_sample[cell] = first + i
-            else:
-                for i in range(count - 1, -1, -1):
-                    cell = cells[i]
-                    if cell >= 0:
-                        out_disparity[cell] = delta[i]
-                        out_sample[cell] = first + i
-
-
-@kernel
-def gather(color: Any, sample: I4, out_color: Any) -> None:
-    """Fetch the colour of the sample each pixel sees; 0 where there is none.
-
-    color is (H * W, C), sample (rows, width), out_color (rows, width, C).
-    """
-    rows, width = sample.shape
-    channels = color.shape[1]
-    none = color.dtype.type(0)
-    for y in range(rows):
-        for x in range(width):
-            index = sample[y, x]
-            held, index = index >= 0, max(index, 0)
-            out_color[y, x, 0] = color[index, 0] if held else none
-            out_color[y, x, 1] = color[index, 1] if held else none
-            out_color[y, x, 2] = color[index, 2] if held else none
-            if channels == 4:
-                out_color[y, x, 3] = color[index, 3] if held else none
-
-
-@inner
-def area_scale(t: Real, delta: Real, det_h: Real, det_g: Real) -> Real:
-    """Linear growth of a sample facing the reference plane: the square root of ``|det J|``."""
-    return np.sqrt(abs(det_h + delta * det_g) / (t * t * t))
-
-
-@kernel
-def measure_growth(
-    w: F4, disparity: F4, det_h: Real, det_g: Real, sample: I4, largest: int, out_radius: U1
-) -> int:
-    """How many cells away each visible sample can still paint; returns the most found.
-
-    Args:
-        w: (12,) warp matrix.
-        disparity: (H, W) of the reference.
-        det_h: determinant of columns 1, 2, 3 of W.
-        det_g: determinant of columns 1, 2, 4 of W.
-        sample: (rows, columns) from `scatter`.
-        largest: upper bound.
-        out_radius: (rows, columns).
-
-    Source: spec image-warping 3.7 (determinant), portal-walkthrough 3.6.
-    """
-    stride = disparity.shape[1]
-    h4, g4 = np.float32(det_h), np.float32(det_g)
-    found = 0
-    for y in range(sample.shape[0]):
-        for x in range(sample.shape[1]):
-            index = sample[y, x]
-            out_radius[y, x] = 0
-            if index < 0:
-                continue
-            v, u = index // stride, index % stride
-            delta = disparity[v, u]
-            t = w[8] * np.float32(u) + w[9] * np.float32(v) + w[10] + w[11] * delta
-            growth = area_scale(t, delta, h4, g4)
-            if growth > np.float32(1.001):  # a thousandth is float32's noise, not growth
-                cells = TURNED * growth + HALF
-                radius = int(cells) if cells < np.float32(largest) else largest
-                out_radius[y, x] = radius
-                found = max(found, radius)
-    return found
-
-
-@kernel
-def spread(
-    w: F4, reference: F4, det_h: Real, det_g: Real, size: int, sample: I4, disparity: F4,
-    radius: U1, reach: int, halo: int, row_low: int, tolerance: Real,
-    out_sample: I4, out_disparity: F4,
-) -> None:  # fmt: skip
-    """Let each visible sample paint a square: a pixel goes to the front surface that reaches it.
-
-    Squares stand round the places where the samples really landed, and among those of one surface
-    the nearest center wins: splats do not push each other aside, textures stay in place, and a
-    nearer surface covers what shows through its gaps.
-
-    Args:
-        w: (12,) warp matrix.
-        reference: (H, W) disparity of the reference.
-        det_h: determinant of columns 1, 2, 3 of W.
-        det_g: determinant of columns 1, 2, 4 of W.
-        size: side of every square, pixels; 0: as large as each sample has grown.
-        sample: (rows + 2 halo, width + 2 halo) from `scatter`.
-        disparity: same shape, -1 = uncovered.
-        radius: same shape: how many cells away each sample can paint at most.
-        reach: largest radius present, at most halo.
-        halo: cells round the band.
-        row_low: the band's first row in the desired view.
-        tolerance: relative difference in disparity up to which samples are one surface.
-        out_sample: (rows, width).
-        out_disparity: (rows, width), -1 = uncovered.
-    """
-    rows, width = out_sample.shape
-    columns = width + 2 * halo
-    stride = reference.shape[1]
-    h4, g4 = np.float32(det_h), np.float32(det_g)
-    front = np.empty(width, np.float32)
-    highest = np.empty(columns, np.float32)
-    keep = np.float32(1.0 - tolerance)
-    for y in range(rows):
-        row = y + halo
-        # the most that any sample in reach could put in front: mostly the pixel's own
-        for x in range(width):
-            front[x] = disparity[row, x + halo]
-        for r in range(1, reach + 1):
-            highest[:] = np.float32(-1.0)
-            for dy in range(-r, r + 1):
-                for x in range(columns):
-                    delta = disparity[row + dy, x]
-                    delta = delta if radius[row + dy, x] >= r else np.float32(-1.0)
-                    highest[x] = delta if delta > highest[x] else highest[x]
-            for dx in range(-r, r + 1):
-                for x in range(width):
-                    delta = highest[x + halo + dx]
-                    front[x] = delta if delta > front[x] else front[x]
-        for x in range(width):
-            own = disparity[row, x + halo]
-            out_sample[y, x] = sample[row, x + halo]
-            out_disparity[y, x] = own
-            if own >= front[x] * keep or front[x] < ZERO:
-                continue
-            best, near = np.float32(-1.0), np.float32(np.inf)
-            for dy in range(-reach, reach + 1):
-                for dx in range(-reach, reach + 1):
-                    held = disparity[row + dy, x + halo + dx]
-                    if held < best * keep or radius[row + dy, x + halo + dx] < max(
-                        abs(dy), abs(dx)
-                    ):
-                        continue
-                    if held < ZERO:
-                        continue
-                    index = sample[row + dy, x + halo + dx]
-                    v, u = index // stride, index % stride
-                    v4, u4, delta = np.float32(v), np.float32(u), reference[v, u]
-                    t = w[8] * u4 + w[9] * v4 + w[10] + w[11] * delta
-                    off_x = (w[0] * u4 + w[1] * v4 + w[2] + w[3] * delta) / t - np.float32(x)
-                    off_y = (w[4] * u4 + w[5] * v4 + w[6] + w[7] * delta) / t - np.float32(
-                        row_low + y
-                    )
-                    half = HALF * np.float32(size)
-                    if size == 0:
-                        half = max(TURNED * area_scale(t, delta, h4, g4), HALF)
-                    if abs(off_x) > half or abs(off_y) > half:
-                        continue
-                    distance = off_x * off_x + off_y * off_y
-                    if held * keep > best or distance < near:
-                        best, near = held, distance
-                        out_sample[y, x] = index
-                        out_disparity[y, x] = held
+    none = rows * columns
+    out_word[:none] = EMPTY
+    cells = np.empty(TILE, np.uint32)
+    words = np.empty(TILE, np.int64)
+    places = None if out_place is None else np.empty(TILE, np.uint32)
+    begin = 0
+    while begin < tiles.shape[0]:
+        end = row_of_tiles(tiles, begin)
+        for j in range(tiles[begin, 4] - tiles[begin, 3]):
+            v = tiles[begin, 3] + j if tiles[begin, 5] > 0 else tiles[begin, 4] - 1 - j
+            for n in range(begin, end):
+                if tiles[n, 7] <= y_low or tiles[n, 6] >= y_low + rows:
+                    continue
+                u_low, u_end = tiles[n, 0], tiles[n, 1]
+                # what float32 lands outside the tile's float64 bounds is noise: the same for
+                # every band
+                top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
+                bottom = min(tiles[n, 7], y_low + rows) if tiles[n, 7] < height else y_low + rows
+                land_row(
+                    w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end], halo, y_low,
+                    columns, top, bottom, none, cells, words, places,
+                )  # fmt: skip
+                if by_order:
+                    keep_last(cells, words, places, u_end - u_low, tiles[n, 2], out_word, out_place)
+                else:
+                    keep_nearest(cells, words, places, u_end - u_low, out_word, out_place)
+        begin = end

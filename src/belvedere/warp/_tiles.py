@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.jit import Real, kernel
+from belvedere.ground.jit import Real, inner, kernel
 
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
@@ -43,6 +43,36 @@ def disparity_range(disparity: F4, out_low: F4, out_high: F4) -> None:
             out_low[tv, tu], out_high[tv, tu] = lows.min(), highs.max()
 
 
+@inner
+def most_of(row: F8, far: Real, last: F8, u_low: Real, u_high: Real, v_low: Real, v_high: Real,
+            low: Real, high: Real) -> Real:  # fmt: skip
+    """The largest value in a box of ``row`` plus ``far`` times ``last``, both of the matrix."""
+    a, b = row[0] + far * last[0], row[1] + far * last[1]
+    c, d = row[2] + far * last[2], row[3] + far * last[3]
+    return c + max(a * u_low, a * u_high) + max(b * v_low, b * v_high) + max(d * low, d * high)
+
+
+@inner
+def misses(
+    warp: F8, u_low: Real, u_high: Real, v_low: Real, v_high: Real, low: Real, high: Real,
+    width: int, height: int, pad: int,
+) -> bool:  # fmt: skip
+    """Whether no point of a box in (u, v, delta) can land in the desired view.
+
+    What is left of the view has ``r + pad t < 0``, and likewise for its other sides: linear, so
+    that a box through the plane of the eye is bounded too, and no division is needed.
+    """
+    r, s, t = warp[0], warp[1], warp[2]
+    right, bottom = float(width - 1 + pad), float(height - 1 + pad)
+    return (
+        most_of(t, 0.0, t, u_low, u_high, v_low, v_high, low, high) <= 0.0
+        or most_of(r, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(-r, right, t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(s, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(-s, bottom, t, u_low, u_high, v_low, v_high, low, high) < 0.0
+    )
+
+
 @kernel
 def landing_rows(
     warp: F8, u_low: int, u_high: int, v_low: int, v_high: int, low: Real, high: Real,
@@ -53,26 +83,20 @@ def landing_rows(
     A tile and its range of disparity form a box in (u, v, delta), and the warp is projective, so
     the image of the box lies in the hull of its eight warped corners, provided all have t > 0.
     """
-    x_low, x_high, y_low, y_high = np.inf, -np.inf, np.inf, -np.inf
-    behind = 0
+    if misses(
+        warp, u_low - 1.0, u_high + 0.5, v_low - 1.0, v_high + 0.5, low, high, width, height, pad
+    ):
+        return 0, 0
+    y_low, y_high = np.inf, -np.inf
     for corner in range(8):
         u = u_high + 0.5 if corner & 1 else u_low - 1.0
         v = v_high + 0.5 if corner & 2 else v_low - 1.0
         delta = high if corner & 4 else low
         t = warp[2, 0] * u + warp[2, 1] * v + warp[2, 2] + warp[2, 3] * delta
-        if t <= 1e-12:
-            behind += 1
-            continue
-        x = (warp[0, 0] * u + warp[0, 1] * v + warp[0, 2] + warp[0, 3] * delta) / t
+        if t <= 1e-12:  # the box reaches through the eye's plane: no bound
+            return 0, height
         y = (warp[1, 0] * u + warp[1, 1] * v + warp[1, 2] + warp[1, 3] * delta) / t
-        x_low, x_high = min(x_low, x), max(x_high, x)
         y_low, y_high = min(y_low, y), max(y_high, y)
-    if behind == 8:
-        return 0, 0
-    if behind > 0:  # the box reaches through the eye's plane: no bound
-        return 0, height
-    if x_high < -pad or x_low > width - 1 + pad or y_high < -pad or y_low > height - 1 + pad:
-        return 0, 0
     return int(max(np.floor(y_low) - pad, 0)), int(min(np.ceil(y_high) + pad + 1, height))
 
 
@@ -81,6 +105,9 @@ def list_tiles(
     sheets: I4, low: F4, high: F4, warp: F8, width: int, height: int, pad: int, out_tiles: I4
 ) -> int:
     """Write the tiles that can reach the desired view, in occlusion-compatible order.
+
+    Rows of tiles are asked first whether they miss the view, then the tiles of those that do not:
+    a reference that looks elsewhere costs one question for each of its rows.
 
     Args:
         sheets: (S, 6) u_low, u_high, u_step, v_low, v_high, v_step.
@@ -104,12 +131,17 @@ def list_tiles(
         tv_low, tv_high = v_low // TILE, (v_high - 1) // TILE
         for i in range(tv_high - tv_low + 1):
             tv = tv_low + i if v_step > 0 else tv_high - i
+            v0, v1 = max(v_low, tv * TILE), min(v_high, (tv + 1) * TILE)
+            least, most = low[tv, tu_low : tu_high + 1].min(), high[tv, tu_low : tu_high + 1].max()
+            if not least <= most or misses(
+                warp, u_low - 1.0, u_high + 0.5, v0 - 1.0, v1 + 0.5, least, most, width, height, pad
+            ):
+                continue
             for j in range(tu_high - tu_low + 1):
                 tu = tu_low + j if u_step > 0 else tu_high - j
                 if not low[tv, tu] <= high[tv, tu]:
                     continue
                 u0, u1 = max(u_low, tu * TILE), min(u_high, (tu + 1) * TILE)
-                v0, v1 = max(v_low, tv * TILE), min(v_high, (tv + 1) * TILE)
                 first, end = landing_rows(
                     warp, u0, u1, v0, v1, low[tv, tu], high[tv, tu], width, height, pad
                 )

@@ -14,6 +14,8 @@ Source: McMillan's course notes, eq. 10-18; spec image-warping 3.2-3.6.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -42,8 +44,16 @@ def warp_matrix(reference: Camera, desired: Camera) -> F8:
     """W, (3, 4): reference ``(u, v, 1, delta)`` to desired ``(r, s, t)`` (McMillan eq. 12)."""
     matrix = np.empty((3, 4))
     matrix[:, :3] = homography(reference, desired)
-    matrix[:, 3] = np.linalg.inv(desired.matrix) @ (reference.center - desired.center)
+    matrix[:, 3] = _inverse(desired) @ (reference.center - desired.center)
     return matrix
+
+
+@lru_cache(maxsize=64)
+def _inverse(camera: Camera) -> F8:
+    """Pixels from rays. Cameras never change, and each is asked for several times a warp."""
+    inverse: F8 = np.linalg.inv(camera.matrix).astype(np.float64)
+    inverse.setflags(write=False)
+    return inverse
 
 
 def warp_points(
@@ -75,7 +85,7 @@ def epipole(reference: Camera, desired: Camera) -> F8:
     so that ``e[:2] / e[2]`` is its image; negative gives the antipode. Zero when the eye lies in
     the plane through the reference center.
     """
-    return np.linalg.inv(reference.matrix) @ (desired.center - reference.center)
+    return _inverse(reference) @ (desired.center - reference.center)
 
 
 def homography(reference: Camera, desired: Camera) -> F8:
@@ -86,7 +96,7 @@ def homography(reference: Camera, desired: Camera) -> F8:
     """
     if np.array_equal(reference.matrix, desired.matrix):
         return np.eye(3)
-    return np.linalg.inv(desired.matrix) @ reference.matrix
+    return _inverse(desired) @ reference.matrix
 
 
 def plane_homography(

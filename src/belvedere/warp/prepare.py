@@ -34,8 +34,8 @@ class PreparedView:
     Made by `prepare`; `warp` accepts it wherever it accepts a view, and then skips that work. It
     holds the view's pixels as they were: prepare again after changing them.
 
-    Memory: 5 bytes a sample for surfaces and edges, and 16 for linear colour, both only once a
-    reconstruction that needs them was used.
+    Memory: 4 bytes a sample for what `point` and `splat` scatter; for the others 5 for surfaces and
+    edges, and 16 for linear colour. Each only once a reconstruction that needs it was used.
     """
 
     view: ReferenceView
@@ -52,6 +52,7 @@ class PreparedView:
         default=None, repr=False
     )
     _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
+    _carried: npt.NDArray[np.uint32] | None = field(default=None, repr=False)
     _silhouettes: Silhouettes | None = field(default=None, repr=False)
 
     @property
@@ -139,6 +140,24 @@ class PreparedView:
         if self._linear is None:
             self._linear = linear_rgba(self.color, threads)
         return self._linear
+
+    def carried(self, threads: int | None = None) -> npt.NDArray[np.uint32]:
+        """(H, W) what a scattered sample takes along: its bytes, or its number among floats."""
+        if self._carried is None:
+            from belvedere.warp import _scatter
+
+            shape = self.disparity.shape
+            if self.color.dtype == np.uint8:
+                out = np.empty(shape, np.uint32)
+
+                def pack(band: tuple[int, int]) -> None:
+                    _scatter.pack_bytes(self.color[slice(*band)], out[slice(*band)])
+
+                run_parallel(pack, row_bands(shape[0], thread_count(threads)), threads)
+            else:
+                out = np.arange(shape[0] * shape[1], dtype=np.uint32).reshape(shape)
+            self._carried = out
+        return self._carried
 
     def silhouettes(self, threads: int | None = None) -> Silhouettes:
         """Where surfaces end between samples, and colours that no longer mix two of them."""

@@ -1,7 +1,7 @@
 """The reconstructors: how samples that have moved become a picture again.
 
-Each paints one reference into one band of the desired view and says whether it works on the
-view's own colour (it only copies) or on linear radiance (it averages).
+Each either paints one reference into one band of the desired view, in linear radiance, or scatters
+samples as they are.
 """
 
 from __future__ import annotations
@@ -97,8 +97,10 @@ class WarpOptions:
     visibility: Literal["order", "zbuffer"] = "order"
     """Within one reference: occlusion-compatible order, or comparing disparities, as "inverse"
     always does."""
-    composite: Literal["blend", "nearest"] = "blend"
-    """Across references: merge by disparity with weights, or the nearest over the farther."""
+    composite: Literal["blend", "nearest", "fuzzy"] = "blend"
+    """Across references: merge by disparity with weights; the nearest over the farther; or one
+    for each pixel, the nearest unless another's surface lies clearly in front of its own, by
+    ``surface_tolerance`` (0: the hard z-buffer)."""
     fill: Literal["none", "background"] = "none"
     """Whether holes are filled, from the farther side; filled pixels are marked in the frame."""
     surface_tolerance: float = SURFACE_TOLERANCE
@@ -110,7 +112,7 @@ class WarpOptions:
         owner = "WarpOptions"
         check_choice(owner, "reconstruction", self.reconstruction, RECONSTRUCTIONS)
         check_choice(owner, "visibility", self.visibility, ("order", "zbuffer"))
-        check_choice(owner, "composite", self.composite, ("blend", "nearest"))
+        check_choice(owner, "composite", self.composite, ("blend", "nearest", "fuzzy"))
         check_choice(owner, "fill", self.fill, ("none", "background"))
         check_number(owner, "surface_tolerance", self.surface_tolerance, 0.0, 1.0)
         for name, value, kind in (
@@ -121,6 +123,22 @@ class WarpOptions:
                 raise InputError(
                     f"{owner}.{name} is a {type(value).__name__}, expected {kind.__name__}(...)"
                 )
+        if self.composite == "fuzzy" and self.reconstruction == "inverse":
+            raise InputError(
+                f"{owner}.composite is 'fuzzy', which chooses among finished layers, but "
+                "reconstruction 'inverse' (the default) merges references before it looks "
+                'colours up: take reconstruction="offset", "mesh", "splat" or "point" with it, '
+                'or composite="blend" or "nearest"'
+            )
+
+    @property
+    def merge_ratio(self) -> float | None:
+        """How many times larger a later reference's disparity must be to replace an earlier's.
+
+        None: they are blended. Source: spec offset-buffer-warping 3.4.
+        """
+        ratios = {"blend": None, "nearest": float("inf"), "fuzzy": 1.0 + self.surface_tolerance}
+        return ratios[self.composite]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +151,7 @@ class Passage:
     """(n, FIELDS) tiles that can land, in order."""
     options: WarpOptions
     color: npt.NDArray[Any]
-    """(H, W, C) what the reconstructor reads: the view's own colour, or linear."""
+    """(H, W, C) what the reconstructor reads: the view's own colour if it scatters, else linear."""
     disparity: F4
     """(H, W) what it reads: the samples alone, or with small gaps bridged."""
     links: npt.NDArray[np.uint8]
@@ -141,7 +159,7 @@ class Passage:
     height: int
     """Rows of the whole desired view."""
     back: F4
-    """(12,) matrix from the desired view to the reference."""
+    """(12,) matrix from the desired view to the reference; empty for who needs none."""
     prepared: PreparedView
     """What the reference's view was prepared to."""
 
@@ -156,118 +174,28 @@ class Passage:
         return self.matrix.astype(np.float32).ravel()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Visibility:
-    """What a band of the desired view sees of one reference."""
-
-    sample: npt.NDArray[np.int32]
-    """(rows, width) ``v * W + u`` of the reference sample; -1 where there is none."""
-    disparity: F4
-    """(rows, width) its warped disparity; -1 where there is none."""
-
-
 Painter = Callable[[Passage, tuple[int, int], npt.NDArray[Any], F4, F4], None]
-"""Paints a passage into rows [low, high): colour (rows, W, C), disparity (preset to -1), coverage.
-A copying reconstructor leaves coverage alone: every painted pixel counts as covered."""
+"""Paints a passage into rows [low, high): linear colour (rows, W, 4), disparity (preset to -1),
+coverage (preset to 1)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reconstructor:
     """One way to rebuild a continuous picture from moved samples."""
 
-    paint: Painter
-    averages: bool = False
-    """Whether it mixes colours, and so reads and writes linear RGBA."""
+    paint: Painter | None
+    """None for one that scatters."""
     joins: bool = False
     """Whether it joins neighbouring samples, and so must know which share a surface."""
     together: bool = False
     """Whether it paints all references at once instead of a layer each; see `inverse`."""
+    halo: Callable[[WarpOptions], int] = lambda options: 1
+    """Pixels that a sample can paint beyond the one it lands in."""
 
-    def pad(self, options: WarpOptions) -> int:
-        """Pixels painted beyond where a sample lands."""
-        if self.paint is _paint_splats:
-            return options.splat.halo + 1
-        return 2
-
-
-def _scatter_band(passage: Passage, rows: tuple[int, int], width: int, halo: int) -> Visibility:
-    """Which sample each cell of a band sees, with ``halo`` cells round it."""
-    from belvedere.warp import _scatter
-
-    shape = (rows[1] - rows[0] + 2 * halo, width + 2 * halo)
-    sample = scratch("sample", shape, np.int32)
-    disparity = scratch("disparity", shape, np.float32)
-    sample.fill(-1)
-    disparity.fill(-1.0)
-    _scatter.scatter(
-        passage.w,
-        passage.disparity,
-        passage.tiles,
-        halo,
-        rows[0] - halo,
-        shape[1],
-        shape[0],
-        passage.height,
-        passage.options.visibility == "order",
-        sample.reshape(-1),
-        disparity.reshape(-1),
-    )
-    return Visibility(sample, disparity)
-
-
-def _gather_band(
-    passage: Passage, seen: Visibility, color: npt.NDArray[Any], disparity: F4
-) -> None:
-    from belvedere.warp import _scatter
-
-    disparity[:] = seen.disparity
-    _scatter.gather(passage.color.reshape(-1, color.shape[2]), seen.sample, color)
-
-
-def _paint_points(
-    passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
-) -> None:
-    del coverage
-    _gather_band(passage, _scatter_band(passage, rows, color.shape[1], 0), color, disparity)
-
-
-def _paint_splats(
-    passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
-) -> None:
-    from belvedere.warp import _scatter
-
-    del coverage
-    options, matrix = passage.options, passage.matrix
-    halo, size = options.splat.halo, options.splat.size
-    dets = float(np.linalg.det(matrix[:, :3])), float(np.linalg.det(matrix[:, [0, 1, 3]]))
-    seen = _scatter_band(passage, rows, color.shape[1], halo)
-    radius, reach = scratch("radius", seen.sample.shape, np.uint8), halo
-    if size == "jacobian":
-        reach = _scatter.measure_growth(
-            passage.w, passage.disparity, *dets, seen.sample, halo, radius
-        )
-    else:
-        radius.fill(halo)
-    wide = Visibility(
-        scratch("wide", disparity.shape, np.int32),
-        scratch("wide disparity", disparity.shape, np.float32),
-    )
-    _scatter.spread(
-        passage.w,
-        passage.disparity,
-        *dets,
-        0 if size == "jacobian" else size,
-        seen.sample,
-        seen.disparity,
-        radius,
-        reach,
-        halo,
-        rows[0],
-        options.surface_tolerance,
-        wide.sample,
-        wide.disparity,
-    )
-    _gather_band(passage, wide, color, disparity)
+    @property
+    def scatters(self) -> bool:
+        """Whether it moves samples whole and copies their colours; see `scatter`."""
+        return self.paint is None
 
 
 def _paint_mesh(
@@ -356,9 +284,9 @@ def filter_weights(options: OffsetOptions) -> F4:
 
 
 RECONSTRUCTORS: dict[str, Reconstructor] = {
-    "point": Reconstructor(_paint_points),
-    "splat": Reconstructor(_paint_splats),
-    "mesh": Reconstructor(_paint_mesh, averages=True, joins=True),
-    "offset": Reconstructor(_paint_offset, averages=True, joins=True),
-    "inverse": Reconstructor(_paint_mesh, averages=True, joins=True, together=True),
+    "point": Reconstructor(None),
+    "splat": Reconstructor(None, halo=lambda options: options.splat.halo),
+    "mesh": Reconstructor(_paint_mesh, joins=True),
+    "offset": Reconstructor(_paint_offset, joins=True),
+    "inverse": Reconstructor(_paint_mesh, joins=True, together=True),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from typing import Any
@@ -20,13 +21,15 @@ from belvedere.warp.order import (
     occlusion_compatible_cell_sheets,
     occlusion_compatible_sheets,
 )
-from belvedere.warp.prepare import PreparedView, linear_rgba, prepare
+from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
 
 F4 = npt.NDArray[np.float32]
 
 BANDS_PER_THREAD = 3
 """Bands are handed to whichever thread is free; a few per thread even out their loads."""
+SCATTERED_PER_THREAD = 1
+"""The same where samples scatter: those that may land on either side of a border move twice."""
 
 SMALLEST_BAND = 8192
 """Pixels of a band for which waking a thread is worth while."""
@@ -54,8 +57,9 @@ def warp(
 
     Args:
         views: one reference view or several; with several, each desired pixel shows the surface in
-            front, blended from all that see it (``composite="blend"``) or taken from the reference
-            whose center is nearest (``composite="nearest"``).
+            front, blended from all that see it (``composite="blend"``), or is taken from the
+            reference whose center is nearest, always (``composite="nearest"``) or unless another's
+            surface is clearly nearer (``composite="fuzzy"``, not with ``inverse``).
         camera: planar camera to fill; any pose and size, same world.
         threads: how many to use, by default as many as there are processors. The result does not
             depend on it.
@@ -85,9 +89,11 @@ def warp(
     leave as holes.
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
-    `LARGEST_BAND` pixels: 52 bytes a pixel and 10 for each reference; for the others 24 for each
-    reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at most 32 MB a
-    thread with two references.
+    `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
+    24 for each reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at
+    most 32 MB a thread with two references. For ``point`` 8 bytes for each reference, for
+    ``splat`` 12 more, and with several references of ``float32`` colour 4 more for each: with the
+    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to five references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.
@@ -138,7 +144,9 @@ def warp_prepared(
         band = slice(*rows)
         _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
 
-    run_parallel(work, row_bands(desired.height, band_count(pixels, count)), threads)
+    scatters = RECONSTRUCTORS[chosen.reconstruction].scatters
+    cut = band_count(pixels, count, SCATTERED_PER_THREAD if scatters else BANDS_PER_THREAD)
+    run_parallel(work, row_bands(desired.height, cut), threads)
     frame = Frame(desired, color, disparity, coverage)
     if chosen.fill == "background":
         from belvedere.warp.holes import fill_background
@@ -162,9 +170,9 @@ def same_pixels(reference: Camera, desired: Camera) -> bool:
     )
 
 
-def band_count(pixels: int, threads: int) -> int:
-    """Into how many bands a desired view of so many pixels is cut; the picture is the same."""
-    wanted = 1 if threads == 1 else threads * BANDS_PER_THREAD
+def band_count(pixels: int, threads: int, each: int) -> int:
+    """Into how many bands a desired view of so many pixels is cut, ``each`` for every thread."""
+    wanted = 1 if threads == 1 else threads * each
     return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // LARGEST_BAND), 1)
 
 
@@ -215,9 +223,9 @@ def prepare_all(
                 "(a Frame becomes one with as_view())"
             )
     prepared = [prepare(view) for view in held]
-    kinds = {(str(one.color.dtype), one.color.shape[2]) for one in prepared}
+    kinds = {(one.color.dtype, one.color.shape[2]) for one in prepared}
     if len(kinds) > 1:
-        texts = " and ".join(f"{dtype} x {channels}" for dtype, channels in sorted(kinds))
+        texts = " and ".join(sorted(f"{dtype} x {channels}" for dtype, channels in kinds))
         raise ViewError(
             f"warp.views mix colours of type {texts}: convert them to one (uint8 is sRGB-encoded, "
             "float32 is linear radiance; see belvedere.ground.color_to_linear)"
@@ -227,12 +235,12 @@ def prepare_all(
 
 def nearest_first(views: Sequence[PreparedView], desired: Camera) -> list[PreparedView]:
     """Views by the distance of their center from the desired eye; ties keep the given order."""
-    return sorted(views, key=lambda one: float(np.linalg.norm(one.camera.center - desired.center)))
+    return sorted(views, key=lambda one: math.dist(one.camera.center, desired.center))
 
 
 def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
     """(n,) blending weights, one over the squared distance to the desired eye, summing to 1."""
-    distance = np.array([np.linalg.norm(one.camera.center - desired.center) for one in views])
+    distance = np.array([math.dist(one.camera.center, desired.center) for one in views])
     floor = NEARNESS_FLOOR * distance.mean() or 1.0
     weights = 1.0 / (distance**2 + floor**2)
     return (weights / weights.sum()).astype(np.float32)
@@ -251,8 +259,11 @@ def _passage(
     if reconstructor.joins:
         low, high = prepared.surface_range(threads)
         cut = occlusion_compatible_cell_sheets
+    # now, and not in every band, whose threads must not start more
     if reconstructor.together:
-        prepared.silhouettes(threads)  # now, and not in every band
+        prepared.silhouettes(threads)
+    if reconstructor.scatters:
+        prepared.carried(threads)
     sheets = np.array(
         [
             (s.u_low, s.u_high, s.u_step, s.v_low, s.v_high, s.v_step)
@@ -273,18 +284,20 @@ def _passage(
         matrix,
         desired.width,
         desired.height,
-        reconstructor.pad(options),
+        reconstructor.halo(options) + 1,
         tiles,
     )
+    looks_back = reconstructor.together or options.reconstruction == "splat"
+    back = warp_matrix(desired, prepared.camera) if looks_back else np.empty((0, 4))
     return Passage(
         matrix,
         tiles[:count],
         options,
-        prepared.linear(threads) if reconstructor.averages else prepared.color,
+        prepared.color if reconstructor.scatters else prepared.linear(threads),
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
         prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8),
         desired.height,
-        warp_matrix(desired, prepared.camera).astype(np.float32).ravel(),
+        back.astype(np.float32).ravel(),
         prepared,
     )
 
@@ -302,10 +315,10 @@ def _paint_band(
 
     options = passages[0].options
     reconstructor = RECONSTRUCTORS[options.reconstruction]
-    if len(passages) == 1 and not reconstructor.averages:
-        out_coverage.fill(1.0)
-        reconstructor.paint(passages[0], rows, out_color, out_disparity, out_coverage)
-        _compose.finish(out_disparity, out_coverage)
+    if reconstructor.scatters:
+        from belvedere.warp.scatter import paint_scattered
+
+        paint_scattered(passages, weights, rows, out_color, out_disparity, out_coverage)
         return
 
     size = out_disparity.shape
@@ -321,19 +334,16 @@ def _paint_band(
     disparities.fill(-1.0)
     coverages.fill(1.0)
     for n, passage in enumerate(passages):
-        if reconstructor.averages:
-            reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
-        else:
-            reconstructor.paint(passage, rows, out_color, disparities[n], coverages[n])
-            colors[n] = linear_rgba(out_color, threads=1)
+        assert reconstructor.paint is not None
+        reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
     if len(passages) == 1:
         linear = colors[0]
         out_disparity[:], out_coverage[:] = disparities[0], coverages[0]
     else:
         linear = scratch("joint color", (*size, 4), np.float32)
         layers, joint = (colors, disparities, coverages), (linear, out_disparity, out_coverage)
-        if options.composite == "nearest":
-            _compose.overlay(*layers, *joint)
+        if options.merge_ratio is not None:
+            _compose.overlay(*layers, options.merge_ratio, *joint)
         else:
             _compose.blend(*layers, weights, options.surface_tolerance, *joint)
     _finish(linear, out_color, out_disparity, out_coverage)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._backward import FAINT, HALF, ONE, ZERO
-from belvedere.warp._edges import SMOOTH
+from belvedere.warp._edges import INTACT, SMOOTH
 
 F4 = npt.NDArray[np.float32]
 U1 = npt.NDArray[np.uint8]
@@ -131,6 +131,17 @@ def survey(
 
 
 @inner
+def corner_of(u: Real, v: Real, stride: int, height: int) -> tuple[int, bool]:
+    """Number of the upper left sample of the cell that holds a place inside the picture.
+
+    And whether it is one of the border's, which no cells surround, so that none is SMOOTH.
+    """
+    i, j = min(int(u), max(stride - 2, 0)), min(int(v), max(height - 2, 0))
+    rim = i < 1 or j < 1 or i >= stride - 2 or j >= height - 2
+    return np.uint64(j * stride + i), rim
+
+
+@inner
 def off_by(
     encoded: U1, disparity: F4, stride: int, height: int, trusted: bool, u: Real, v: Real,
     delta: Real, shown: U1, pixel: int,
@@ -140,7 +151,7 @@ def off_by(
     Between four samples where ``trusted``, else the one of them that fits the surface best. Colours
     and disparities are flat.
     """
-    i, j = int(u), int(v)
+    i, j = min(int(u), max(stride - 2, 0)), min(int(v), max(height - 2, 0))
     fu, fv = u - np.float32(i), v - np.float32(j)
     a = np.uint64(j * stride + i)
     if trusted:
@@ -247,7 +258,8 @@ def question(
                     continue
                 u = min(max(held[0, i], ZERO), last_u)
                 v = min(max(held[1, i], ZERO), last_v)
-                whole = bits[np.uint64(int(v) * stride + int(u))] & SMOOTH > 0
+                corner, rim = corner_of(u, v, stride, height)
+                whole = bits[corner] & (INTACT if rim else SMOOTH) > 0
                 off = off_by(
                     colors, deltas, stride, height, whole, u, v, held[2, i], pixels, y * width + x
                 )

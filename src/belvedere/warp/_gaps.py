@@ -70,6 +70,24 @@ def continued(
     return max(own + (own - other) * np.float32(min(steps, FARTHEST)), ZERO)
 
 
+@inner
+def look_askew(disparity: F4, coverage: F4, y: int, x: int, out_sides: F4) -> None:
+    """Disparities along the diagonals, nearby: up left, up right, down left, down right.
+
+    Samples far apart leave pixels whose rows and columns hold none close by.
+    """
+    height, width = disparity.shape
+    out_sides[:] = NONE
+    for n in range(4):
+        dj, di = (n >> 1) * 2 - 1, (n & 1) * 2 - 1
+        j, i, steps = y + dj, x + di, 1
+        while 0 <= j < height and 0 <= i < width and steps <= FARTHEST:
+            if coverage[j, i] > ZERO:
+                out_sides[n] = disparity[j, i]
+                break
+            j, i, steps = j + dj, i + di, steps + 1
+
+
 @kernel
 def guess(
     disparity: F4, coverage: F4, above: I4, below: I4, tolerance: Real, row_low: int,
@@ -126,6 +144,10 @@ def guess(
                 out_guess[count, DOWN] = between(
                     disparity[top, x], disparity[bottom, x], y - top, bottom - y, share
                 )
+            if out_guess[count, ACROSS] < ZERO and out_guess[count, DOWN] < ZERO:
+                look_askew(disparity, coverage, y, x, sides)
+                out_guess[count, ACROSS] = between(sides[0], sides[3], 1, 1, share)
+                out_guess[count, DOWN] = between(sides[1], sides[2], 1, 1, share)
             out_index[count] = y * width + x
             count += 1
 
@@ -137,6 +159,8 @@ def between(first: Real, second: Real, before: int, after: int, tolerance: Real)
     Affine along the image line, as that of every plane; sides agree if the step a pixel is small.
     """
     span = np.float32(before + after)
+    if first < ZERO or second < ZERO:
+        return NONE
     if abs(first - second) > tolerance * max(first, second) * min(span, WIDE) + FAINT:
         return NONE
     return (first * np.float32(after) + second * np.float32(before)) / span

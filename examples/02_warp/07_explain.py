@@ -53,7 +53,8 @@ def main(output: Path) -> None:
     off = np.sqrt(((best.color / 255.0 - truth / 255.0) ** 2).mean(axis=2))[known]
     expected = best.explanation.error[known]
     rank = spearmanr(expected, off)[0]
-    print(f"expected error {np.sqrt((expected**2).mean()):.4f}, true {np.sqrt((off**2).mean()):.4f}")
+    mean, true = (np.sqrt((each**2).mean()) for each in (expected, off))
+    print(f"expected error {mean:.4f}, true {true:.4f}")
     print(f"rank correlation of the two, pixel by pixel: {rank:.2f}")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.scene import Frame
+from belvedere.scene import Camera, Frame
 from belvedere.warp import PreparedView
 from belvedere.warp._edges import INTACT, MIXED, SMOOTH
 from tests.oracles.warp import project_samples
@@ -30,26 +30,28 @@ def look_up_features(
     out = np.full((*frame.coverage.shape, channels), np.nan)
     for y, x in np.argwhere(frame.coverage > 0):
         delta = float(frame.disparity[y, x])
-        found = []
+        seeing = []
         for view, near in zip(views, nearness, strict=True):
             place = _land(frame, view, x, y, delta)
-            weight = 0.0 if place is None else near * _seen(view, *place, tolerance)
-            found.append((weight, view, place))
-        total = sum(weight for weight, _, _ in found)
-        if total == 0:
+            if place is None:
+                continue
+            u, v, there = place
+            weight = near * _seen(view, u, v, there, tolerance)
+            if weight > 0:
+                seeing.append((weight, view, place))
+        if not seeing:
             continue  # nobody confirms it: the kernel takes what fits best
         if kind == "nearest":
-            _, view, place = max(found, key=lambda one: one[0])
-            out[y, x] = _taps(view, *place, kind)
-        else:
-            seeing = [one for one in found if one[0] > 0]
-            out[y, x] = sum(w / total * _taps(v, *p, kind) for w, v, p in seeing)
+            seeing = [max(seeing, key=lambda one: one[0])]
+        total = sum(weight for weight, _, _ in seeing)
+        out[y, x] = sum(w / total * _taps(v, *p, kind) for w, v, p in seeing)
     return out
 
 
 def _land(
     frame: Frame, view: PreparedView, x: int, y: int, delta: float
 ) -> tuple[float, float, float] | None:
+    assert isinstance(frame.camera, Camera)
     u, v, d = (float(a) for a in project_samples(frame.camera, view.camera, x, y, delta))
     height, width = view.disparity.shape
     if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):

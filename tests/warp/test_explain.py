@@ -63,9 +63,7 @@ def test_where_samples_lie_apart_a_hole_is_a_crack(reconstruction: Any) -> None:
     delta = plane_disparity(camera, (0.3, 1.0, 0.1), 3.0)
     closer = straight_camera(WIDTH, HEIGHT, center=(0.1, 1.4, 0.05))
     splat = bv.SplatOptions(size=1)
-    _, why = explained(
-        view_of(camera, delta), closer, reconstruction=reconstruction, splat=splat
-    )
+    _, why = explained(view_of(camera, delta), closer, reconstruction=reconstruction, splat=splat)
     inner = why.hole[4:-4, 4:-4]
     holes = inner[inner != bv.Hole.COVERED]
     assert holes.size > 0.4 * inner.size

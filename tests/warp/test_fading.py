@@ -48,9 +48,9 @@ def test_a_reference_that_replaces_another_takes_over_step_by_step() -> None:
 def test_a_set_that_stays_gives_what_warp_gives() -> None:
     rng = np.random.default_rng(2)
     views = [
-        view_of(straight_camera(20, 16).moved((x, 0, 0)), np.full((16, 20), 0.2), noise(rng, 16, 20))
-        for x in (0, 0.3)
-    ]  # fmt: skip
+        view_of(straight_camera(20, 16).moved((x, 0, 0)), np.full((16, 20), 0.2), color)
+        for x, color in ((0, noise(rng, 16, 20)), (0.3, noise(rng, 16, 20)))
+    ]
     warper = bv.Warper(20, 16, cross_fade=5)
     for x in (0.1, 0.15, 0.2):
         camera = straight_camera(20, 16).moved((x, 0, 0))
@@ -63,8 +63,7 @@ def test_a_reference_that_comes_back_goes_on_from_where_it_was() -> None:
     fading = Fading(10)
     a, b = prepare(plain(10)), prepare(plain(20))
     fading.step([a])
-    for _ in range(3):
-        _, shares = fading.step([b])
+    _, shares = [fading.step([b]) for _ in range(3)][-1]
     assert shares == pytest.approx([0.3, 0.7])
     views, shares = fading.step([a])
     assert views == [a, b]
@@ -78,8 +77,7 @@ def test_what_has_left_is_forgotten_and_the_rest_is_bounded() -> None:
         views, shares = fading.step([view])
         assert all(share > 0 for share in shares)
         assert len(views) <= 4
-    for _ in range(4):
-        views, shares = fading.step([each[-1]])
+    views, shares = [fading.step([each[-1]]) for _ in range(4)][-1]
     assert views == [each[-1]]
     assert shares == [1.0]
     fading = Fading(1000)

@@ -100,9 +100,7 @@ def test_what_is_affine_on_the_picture_of_a_plane_comes_back_exactly(
         features = np.stack([0.3 * u - 0.2 * v + 1, delta, u * 0 + 2], -1).astype(np.float32)
         views.append(bv.ReferenceView(camera, noise(rng, 48, 64), delta.astype("f4"), features))
     desired = straight_camera(40, 30, focal=52).moved((0.12, 0.2, 0.05))
-    frame = bv.warp(
-        views[0], desired, reconstruction=reconstruction, feature_filter=feature_filter
-    )
+    frame = bv.warp(views[0], desired, reconstruction=reconstruction, feature_filter=feature_filter)
     assert frame.features is not None
     inner = np.s_[6:-6, 6:-6]
     x, y = np.broadcast_arrays(*desired.pixel_grid())
@@ -141,9 +139,7 @@ def test_nearest_never_mixes_labels(reconstruction: Any) -> None:
     for n, view in enumerate(board_views(1)):
         labels = RNG(n).choice([3, 17, 1000], (*view.disparity.shape, 1))
         views.append(bv.ReferenceView(view.camera, view.color, view.disparity, labels))
-    frame = bv.warp(
-        views, between(views), reconstruction=reconstruction, feature_filter="nearest"
-    )
+    frame = bv.warp(views, between(views), reconstruction=reconstruction, feature_filter="nearest")
     assert frame.features is not None
     shown = frame.features[frame.coverage > 0]
     assert set(np.unique(shown)) == {3, 17, 1000}
@@ -195,7 +191,8 @@ def test_a_sample_without_features_is_never_mixed_into_others() -> None:
         known = ~np.isnan(covered)
         np.testing.assert_allclose(covered[known], 7.0, rtol=1e-6)
         assert known.mean() > 0.99
-    none = bv.ReferenceView(view.camera, view.color, view.disparity, features * np.nan)
+    last, nothing = views[-1], np.full((SIZE[1], SIZE[0], 2), np.nan)
+    none = bv.ReferenceView(last.camera, last.color, last.disparity, nothing)
     frame = bv.warp(none, between(views))
     assert frame.features is not None
     assert np.isnan(frame.features).all()
@@ -259,7 +256,9 @@ def test_hundreds_of_channels_need_little_beside_their_own_memory() -> None:
 
 
 def _with(features: Any) -> bv.ReferenceView:
-    return bv.ReferenceView(straight_camera(4, 3), grey(3, 4), np.ones((3, 4)), features)
+    return bv.ReferenceView(
+        straight_camera(4, 3), grey(3, 4), np.ones((3, 4), np.float32), features
+    )
 
 
 SOME = np.zeros((3, 4, 2))
@@ -283,7 +282,7 @@ BAD[1, 2, 0] = np.nan
         (lambda: bv.warp([_with(SOME), _with(None)], straight_camera(4, 3)),
          "warp.views[0] has features of 2 channels and warp.views[1] has no features, expected"),
         (lambda: bv.warp([_with(SOME), _with(SOME[..., :1])], straight_camera(4, 3)),
-         "views[1] has features of 1 channels, expected the same of all"),
+         "views[1] has features of 1 channel, expected the same of all"),
         (lambda: bv.warp(_with(SOME), straight_camera(4, 3), feature_filter="bicubic"),
          "WarpOptions.feature_filter is 'bicubic', expected one of 'cubic', 'linear', 'nearest'"),
     ],

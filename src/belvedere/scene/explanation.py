@@ -44,8 +44,7 @@ class Explanation:
 
     @property
     def seen_count(self) -> npt.NDArray[np.uint8]:
-        """How many references see the surface shown; 0 in holes, and where no reference confirms
-        what the frame shows."""
+        """How many references see the surface shown; 0 in holes and where none confirms it."""
         bits = self.seen_by[..., None].view(np.uint8)
         return np.unpackbits(bits, axis=-1).sum(axis=-1, dtype=np.uint8)
 

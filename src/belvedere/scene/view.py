@@ -36,9 +36,9 @@ class ReferenceView:
     """(H, W, 3) or (H, W, 4) ``uint8`` sRGB or ``float32`` linear radiance."""
     disparity: F4
     """(H, W) generalised disparity, 1/metre: 0 is infinitely far, larger nearer, NaN no sample."""
-    features: F4 | None = None
+    features: npt.NDArray[Any] | None = None
     """(H, W, C) whatever else each sample carries: labels, normals, embeddings, any C from 1 up.
-    A sample whose channels are all NaN has none. Whole numbers are kept as ``float32``."""
+    Kept as ``float32``, whole numbers too. A sample whose channels are all NaN has none."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.camera, CameraModel):

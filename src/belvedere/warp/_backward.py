@@ -67,7 +67,7 @@ def outside_by(u: Real, v: Real, stride: int, height: int) -> Real:
     """Pixels by which a place lies outside a picture, 0 inside it."""
     across = max(-HALF - u, u - np.float32(stride) + HALF)
     down = max(-HALF - v, v - np.float32(height) + HALF)
-    return max(max(across, down), ZERO)
+    return max(across, down, ZERO)
 
 
 @inner
@@ -105,7 +105,7 @@ def agreement(
         fu, fv = u - np.float32(i), v - np.float32(j)
         upper, lower = a + (b - a) * fu, c + (d - c) * fu
         found = upper + (lower - upper) * fv
-        spread = max(max(a, b), max(c, d)) - min(min(a, b), min(c, d))
+        spread = max(a, b, c, d) - min(a, b, c, d)
         if abs(found - delta) <= tolerance * delta + HALF * spread + FAINT:
             return WHOLE if bits & SMOOTH else BESIDE
         return NOT_SEEN

@@ -120,8 +120,9 @@ def survey(
             below[:] = ZERO
         for i in range(width):
             along, down = beside[0, i] + beside[0, i + 1], above[0, i] + below[0, i]
-            out_slope[0, y, i] = (beside[2, i] + beside[2, i + 1]) / (along if along > ZERO else ONE)
-            out_slope[1, y, i] = (above[2, i] + below[2, i]) / (down if down > ZERO else ONE)
+            right, lower = beside[2, i] + beside[2, i + 1], above[2, i] + below[2, i]
+            out_slope[0, y, i] = right / (along if along > ZERO else ONE)
+            out_slope[1, y, i] = lower / (down if down > ZERO else ONE)
             total = beside[1, i] + beside[1, i + 1] + above[1, i] + below[1, i]
             out_contrast[0, y, i] = total / (along + down if along + down > ZERO else ONE)
             p, q, r, s = beside[3, i], beside[3, i + 1], above[3, i], below[3, i]
@@ -131,14 +132,9 @@ def survey(
 
 
 @inner
-def corner_of(u: Real, v: Real, stride: int, height: int) -> tuple[int, bool]:
-    """Number of the upper left sample of the cell that holds a place inside the picture.
-
-    And whether it is one of the border's, which no cells surround, so that none is SMOOTH.
-    """
-    i, j = min(int(u), max(stride - 2, 0)), min(int(v), max(height - 2, 0))
-    rim = i < 1 or j < 1 or i >= stride - 2 or j >= height - 2
-    return np.uint64(j * stride + i), rim
+def corner_of(u: Real, v: Real, stride: int, height: int) -> tuple[int, int]:
+    """Column and row of the upper left sample of the cell that holds a place in the picture."""
+    return min(int(u), max(stride - 2, 0)), min(int(v), max(height - 2, 0))
 
 
 @inner
@@ -151,7 +147,7 @@ def off_by(
     Between four samples where ``trusted``, else the one of them that fits the surface best. Colours
     and disparities are flat.
     """
-    i, j = min(int(u), max(stride - 2, 0)), min(int(v), max(height - 2, 0))
+    i, j = corner_of(u, v, stride, height)
     fu, fv = u - np.float32(i), v - np.float32(j)
     a = np.uint64(j * stride + i)
     if trusted:
@@ -258,8 +254,11 @@ def question(
                     continue
                 u = min(max(held[0, i], ZERO), last_u)
                 v = min(max(held[1, i], ZERO), last_v)
-                corner, rim = corner_of(u, v, stride, height)
-                whole = bits[corner] & (INTACT if rim else SMOOTH) > 0
+                i2, j2 = corner_of(u, v, stride, height)
+                # no cells surround those of the border, so that none of them is SMOOTH
+                border = i2 < 1 or j2 < 1 or i2 >= stride - 2 or j2 >= height - 2
+                wanted = INTACT if border else SMOOTH
+                whole = bits[np.uint64(j2 * stride + i2)] & wanted > 0
                 off = off_by(
                     colors, deltas, stride, height, whole, u, v, held[2, i], pixels, y * width + x
                 )

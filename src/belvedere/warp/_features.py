@@ -33,8 +33,7 @@ MOST_TAPS = 16
 
 @inner
 def along(kind: int, f: Real, weights: F4, row: int) -> None:
-    """Weights of the samples at -1, 0, 1, 2 for the place f in [0, 1]: Catmull and Rom's, or
-    linear."""
+    """Weights of the samples at -1, 0, 1, 2 for the place f: Catmull and Rom's, or linear."""
     if kind == CUBIC:
         weights[row, 0] = HALF * f * (f * (TWO - f) - ONE)
         weights[row, 1] = HALF * (f * f * (THREE * f - FIVE) + TWO)
@@ -124,7 +123,7 @@ def drop_unknown(
     for y in range(rows):
         for x in range(width):
             weight = out_weight[y, x]
-            if weight == ZERO or weight == NOTHING:
+            if weight in (ZERO, NOTHING):
                 continue
             u, v, delta = land(back, np.float32(x), np.float32(y + row_low), front[y, x])
             if weight > ZERO:
@@ -134,7 +133,7 @@ def drop_unknown(
                 if found > 0:
                     continue
                 out_weight[y, x] = -ONE
-            sample, off = closest_sample(disparity, u, v, delta)
+            sample, _ = closest_sample(disparity, u, v, delta)
             if sample < 0 or np.isnan(features[sample, 0]):
                 out_weight[y, x] = NOTHING
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from belvedere.ground.errors import ViewError
 from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
+from belvedere.ground.wording import counted
 from belvedere.scene import Camera
 from belvedere.warp.equation import warp_matrix
 from belvedere.warp.prepare import EDGE_TOLERANCE, PreparedView
@@ -39,7 +40,9 @@ def feature_channels(views: Sequence[PreparedView]) -> int:
     """
     counts = [0 if one.features is None else one.features.shape[2] for one in views]
     if len(set(counts)) > 1:
-        texts = ["no features" if n == 0 else f"features of {n} channels" for n in counts]
+        texts = [
+            "no features" if n == 0 else f"features of {counted(n, 'channel')}" for n in counts
+        ]
         other = next(n for n, text in enumerate(texts) if text != texts[0])
         raise ViewError(
             f"warp.views[0] has {texts[0]} and warp.views[{other}] has {texts[other]}, expected "

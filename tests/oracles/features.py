@@ -44,7 +44,7 @@ def look_up_features(
         if kind == "nearest":
             seeing = [max(seeing, key=lambda one: one[0])]
         total = sum(weight for weight, _, _ in seeing)
-        out[y, x] = sum(w / total * _taps(v, *p, kind) for w, v, p in seeing)
+        out[y, x] = sum(w / total * _taps(v, p[0], p[1], p[2], kind) for w, v, p in seeing)
     return out
 
 

@@ -64,10 +64,18 @@ def inside(u: Real, v: Real, stride: int, height: int) -> bool:
 
 @inner
 def outside_by(u: Real, v: Real, stride: int, height: int) -> Real:
-    """Pixels by which a place lies outside a picture, 0 inside it."""
+    """Pixels by which a place lies outside a picture, 0 inside it; many for no number."""
+    if inside(u, v, stride, height):
+        return ZERO
     across = max(-HALF - u, u - np.float32(stride) + HALF)
     down = max(-HALF - v, v - np.float32(height) + HALF)
-    return max(across, down, ZERO)
+    return max(across, down) if np.isfinite(across + down) else np.float32(1e9)
+
+
+@inner
+def held(u: Real, last: Real) -> Real:
+    """A coordinate moved to the nearest sample's range, 0 to last; 0 for no number."""
+    return (u if u < last else last) if u > ZERO else ZERO
 
 
 @inner
@@ -129,7 +137,7 @@ def closest_sample(disparity: F4, u: Real, v: Real, delta: Real) -> tuple[int, R
     """
     height, stride = disparity.shape
     last_u, last_v = np.float32(stride - 1), np.float32(height - 1)
-    i, j = int(min(max(u, ZERO), last_u) + HALF), int(min(max(v, ZERO), last_v) + HALF)
+    i, j = int(held(u, last_u) + HALF), int(held(v, last_v) + HALF)
     best, least = -1, np.float32(np.inf)
     for row in range(max(j - WINDOW, 0), min(j + WINDOW + 1, height)):
         for column in range(max(i - WINDOW, 0), min(i + WINDOW + 1, stride)):

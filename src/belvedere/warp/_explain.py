@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.warp._backward import FAINT, HALF, ONE, ZERO
+from belvedere.warp._backward import FAINT, HALF, ONE, ZERO, held
 from belvedere.warp._edges import INTACT, SMOOTH
 
 F4 = npt.NDArray[np.float32]
@@ -238,35 +238,34 @@ def question(
     height, stride = disparity.shape
     colors, deltas = encoded.reshape(height * stride, encoded.shape[2]), disparity.reshape(-1)
     bits, pixels = links.reshape(-1), shown.reshape(rows * width, shown.shape[2])
-    held = np.empty((5, CHUNK), np.float32)
+    found = np.empty((5, CHUNK), np.float32)
     last_u, last_v = np.float32(stride - 1), np.float32(height - 1)
     for y in range(rows):
         for x_low in range(0, width, CHUNK):
             count = min(CHUNK, width - x_low)
             measure(
                 back, np.float32(y + row_low), x_low, front[y, x_low:], slope[0, y, x_low:],
-                slope[1, y, x_low:], count, held,
+                slope[1, y, x_low:], count, found,
             )  # fmt: skip
             for i in range(count):
                 x = x_low + i
                 own = weight[y, x]
                 if not own > ZERO:
                     continue
-                u = min(max(held[0, i], ZERO), last_u)
-                v = min(max(held[1, i], ZERO), last_v)
+                u, v = held(found[0, i], last_u), held(found[1, i], last_v)
                 i2, j2 = corner_of(u, v, stride, height)
                 # no cells surround those of the border, so that none of them is SMOOTH
                 border = i2 < 1 or j2 < 1 or i2 >= stride - 2 or j2 >= height - 2
                 wanted = INTACT if border else SMOOTH
                 whole = bits[np.uint64(j2 * stride + i2)] & wanted > 0
                 off = off_by(
-                    colors, deltas, stride, height, whole, u, v, held[2, i], pixels, y * width + x
+                    colors, deltas, stride, height, whole, u, v, found[2, i], pixels, y * width + x
                 )
                 out_sums[WEIGHTS, y, x] += own
                 out_sums[WHOLES, y, x] += own if whole else ZERO
                 out_sums[APART, y, x] += own * off
-                out_sums[SHIFTED, y, x] += own * held[4, i]
-                out_sums[STRETCHED, y, x] += own * held[3, i]
+                out_sums[SHIFTED, y, x] += own * found[4, i]
+                out_sums[STRETCHED, y, x] += own * found[3, i]
 
 
 @kernel

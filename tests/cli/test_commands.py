@@ -117,6 +117,18 @@ def test_render_explains_a_picture_in_false_colours_beside_it(
     assert "--explain goes with one picture, but the output is walk.mp4" in told.err
 
 
+def test_photographs_without_depth_cannot_be_explained(
+    program: Program, capture: Path, tmp_path: Path
+) -> None:
+    record = json.loads((capture / "transforms.json").read_text())
+    for frame in record["frames"]:
+        del frame["depth_file_path"]
+    (capture / "transforms.json").write_text(json.dumps(record))
+    told = program("render", capture, "-o", tmp_path / "view.png", "--explain")
+    assert told.status == 2
+    assert "--explain needs depth, which the views of capture do not have" in told.err
+
+
 def test_rendering_does_not_overwrite_without_force(
     program: Program, kept_capture: Path, tmp_path: Path
 ) -> None:

@@ -90,6 +90,45 @@ def test_render_makes_one_picture_from_a_path_file(
         np.testing.assert_array_equal(np.asarray(image), views.color(2))
 
 
+def test_render_explains_a_picture_in_false_colours_beside_it(
+    program: Program, kept_capture: Path, tmp_path: Path
+) -> None:
+    picture = tmp_path / "view.png"
+    told = program("render", kept_capture, "-o", picture, "--explain", "--json")
+    assert told.status == 0, told.err
+    written = json.loads(told.out)["explained"]
+    assert [Path(one).name for one in written] == [
+        "view.source.png", "view.holes.png", "view.error.png"
+    ]  # fmt: skip
+    with Image.open(picture) as image:
+        width, height = image.size
+    for one in written:
+        with Image.open(one) as image:
+            assert image.width == width
+            assert image.height > height  # the legend below it
+    told = program("render", kept_capture, "-o", tmp_path / "other.png", "--explain")
+    assert "other.error.png explain it" in told.out.replace("\n", " ")
+    (tmp_path / "third.holes.png").write_bytes(b"precious")
+    told = program("render", kept_capture, "-o", tmp_path / "third.png", "--explain")
+    assert told.status == 2
+    assert not (tmp_path / "third.png").exists()
+    told = program("render", kept_capture, "-o", tmp_path / "walk.mp4", "--explain")
+    assert told.status == 2
+    assert "--explain goes with one picture, but the output is walk.mp4" in told.err
+
+
+def test_photographs_without_depth_cannot_be_explained(
+    program: Program, capture: Path, tmp_path: Path
+) -> None:
+    record = json.loads((capture / "transforms.json").read_text())
+    for frame in record["frames"]:
+        del frame["depth_file_path"]
+    (capture / "transforms.json").write_text(json.dumps(record))
+    told = program("render", capture, "-o", tmp_path / "view.png", "--explain")
+    assert told.status == 2
+    assert "--explain needs depth, which the views of capture do not have" in told.err
+
+
 def test_rendering_does_not_overwrite_without_force(
     program: Program, kept_capture: Path, tmp_path: Path
 ) -> None:

@@ -18,7 +18,7 @@ from belvedere.ground.color import (
 from belvedere.ground.errors import InputError, ViewError
 from belvedere.scene import ReferenceView
 from belvedere.warp import RECONSTRUCTIONS, prepare, warp
-from belvedere.warp.warp import nearest_first, nearness_weights
+from belvedere.warp.warp import nearest_order, nearness_weights
 from tests.oracles.warp import merge_layers
 from tests.warp.worlds import grey, noise, straight_camera, view_of
 
@@ -64,7 +64,8 @@ def test_weights_sum_to_one_and_stay_finite_where_the_eye_is_a_reference() -> No
         assert weights.sum() == pytest.approx(1.0, abs=1e-6)
         assert np.isfinite(weights).all()
         assert np.argmax(weights) == int(np.argmin(places))
-    ordered = nearest_first([prepare(beside(p)) for p in (3, 1, 2)], CENTER)
+    held = [prepare(beside(p)) for p in (3, 1, 2)]
+    ordered = [held[n] for n in nearest_order(held, CENTER)]
     assert [one.camera.center[0] for one in ordered] == [1, 2, 3]
 
 

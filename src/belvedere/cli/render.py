@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -35,6 +35,12 @@ from belvedere.cli.console import progress_bar, say, say_json
 from belvedere.ground.errors import InputError
 from belvedere.ground.wording import counted
 
+if TYPE_CHECKING:
+    from belvedere.scene import CameraModel
+    from belvedere.warp import DepthViews
+
+EXPLAINED = ("source", "holes", "error")
+"""Pictures that ``--explain`` writes; their names' last part but one."""
 PICTURE_SUFFIXES = (".png", ".webp", ".jpg", ".jpeg", ".exr")
 
 
@@ -85,6 +91,16 @@ def render(
     visibility: VisibilityOption = Visibility.ORDER,
     references: ReferencesOption = 2,
     fill: FillOption = Fill.BACKGROUND,
+    explain: Annotated[
+        bool,
+        typer.Option(
+            "--explain",
+            help="For one picture: write beside it, in false colours, which reference each pixel "
+            "comes from (.source), what kinds of holes there are (.holes) and how far off colours "
+            "are expected to be (.error).",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
     threads: ThreadsOption = None,
     force: ForceOption = False,
     as_json: JsonOption = False,
@@ -101,13 +117,14 @@ def render(
 
     Examples: belvedere render capture/ -o walk.mp4;
     belvedere render capture/ --path orbit -o frames --frames 60;
-    belvedere render capture/ --at 1.5 -o view.png
+    belvedere render capture/ --at 1.5 -o view.png --explain
     """
     from belvedere.scene.io import save_frame
     from belvedere.scene.io.atomic import require_free
     from belvedere.studio.paths import path_for
     from belvedere.studio.scenes import read_capture, scene_of
     from belvedere.studio.walk import render_path
+    from belvedere.warp import DepthViews
 
     asked = stated(depth_scale, depth_kind, pose, axes, pixel_centers)
     wanted = parse_size(size)
@@ -119,8 +136,20 @@ def render(
         opened = scene_of(views, references=references, threads=threads, fill=fill.value, **choices)
     target = output or Path(scene.resolve().name).with_suffix(".mp4")
     way = path_for(opened, path, seconds, wanted)
+    if explain and target.suffix.lower() not in PICTURE_SUFFIXES:
+        raise InputError(
+            f"--explain goes with one picture, but the output is {target.name}: give -o NAME.png, "
+            "and --at for another time along the path"
+        )
+    if explain and not isinstance(opened, DepthViews):
+        raise InputError(
+            f"--explain needs depth, which the views of {scene.name} do not have: without it "
+            "nobody knows what a picture shows of another"
+        )
     if target.suffix.lower() in PICTURE_SUFFIXES:
-        require_free(target, force)
+        beside = {name: target.with_suffix(f".{name}.png") for name in EXPLAINED if explain}
+        for one in (target, *beside.values()):
+            require_free(one, force)
         end = way.start + way.duration
         if at > end + 1e-9:
             raise InputError(
@@ -133,10 +162,15 @@ def render(
         frame = opened.render(camera)
         ms = (time.perf_counter() - began) * 1e3
         save_frame(frame, target, force=force)
+        if explain and isinstance(opened, DepthViews):
+            _write_explained(opened, camera, beside)
         facts = {"output": str(target), "ms": round(ms, 3), "holes": frame.hole_fraction}
         line = (
             f"{target}: {camera.width}x{camera.height}, {ms:.1f} ms, {_holes(frame.hole_fraction)}"
         )
+        if beside:
+            facts["explained"] = [str(one) for one in beside.values()]
+            line += "; " + ", ".join(one.name for one in beside.values()) + " explain it"
     else:
         options = {
             "scene": str(scene.resolve()), "references": references, "fill": fill.value,
@@ -159,6 +193,19 @@ def render(
         say_json(facts)
     else:
         say(line)
+
+
+def _write_explained(scene: DepthViews, camera: CameraModel, files: dict[str, Path]) -> None:
+    from belvedere.scene.io import write_color
+    from belvedere.studio.explained import explained_pictures
+
+    chosen = scene.choose(camera)
+    frame = scene.warp(chosen, camera, explain=True)
+    assert frame.explanation is not None
+    names = [scene.views.names[index] for index in chosen]
+    pictures = explained_pictures(frame, frame.explanation, names)
+    for name, file in files.items():
+        write_color(file, pictures[name])
 
 
 def _holes(share: float) -> str:

@@ -6,6 +6,7 @@ algebra is float64; pictures are ``uint8`` sRGB or ``float32`` linear radiance.
 
 from belvedere.scene.camera import Camera
 from belvedere.scene.camera_model import CameraModel
+from belvedere.scene.explanation import Explanation, Hole
 from belvedere.scene.loops import wobble
 from belvedere.scene.mesh import Material, Mesh
 from belvedere.scene.moves import dolly, orbit, through
@@ -22,7 +23,9 @@ __all__ = [
     "CameraModel",
     "CameraPath",
     "CylinderCamera",
+    "Explanation",
     "Frame",
+    "Hole",
     "Keyframe",
     "Material",
     "Mesh",

@@ -7,7 +7,7 @@ chain.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,14 @@ from belvedere.ground.checks import as_array, check_finite, check_shape, shape_t
 from belvedere.ground.errors import ViewError
 from belvedere.scene.camera import Camera
 from belvedere.scene.camera_model import CameraModel
+from belvedere.scene.explanation import Explanation
 
 F4 = npt.NDArray[np.float32]
 Color = npt.NDArray[Any]
 """(H, W, 3|4) ``uint8`` sRGB-encoded, or ``float32`` linear radiance. Alpha is premultiplied."""
+
+LARGEST_WHOLE = 1 << 24
+"""Up to here ``float32`` holds every whole number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,6 +36,9 @@ class ReferenceView:
     """(H, W, 3) or (H, W, 4) ``uint8`` sRGB or ``float32`` linear radiance."""
     disparity: F4
     """(H, W) generalised disparity, 1/metre: 0 is infinitely far, larger nearer, NaN no sample."""
+    features: npt.NDArray[Any] | None = None
+    """(H, W, C) whatever else each sample carries: labels, normals, embeddings, any C from 1 up.
+    Kept as ``float32``, whole numbers too. A sample whose channels are all NaN has none."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.camera, CameraModel):
@@ -51,18 +58,35 @@ class ReferenceView:
             )
         object.__setattr__(self, "color", color)
         object.__setattr__(self, "disparity", disparity)
+        if self.features is not None:
+            features = check_features("ReferenceView", self.features, self.camera.size)
+            object.__setattr__(self, "features", features)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its pixels."""
+        extra = 0 if self.features is None else self.features.nbytes
+        return self.color.nbytes + self.disparity.nbytes + extra
 
     @classmethod
-    def from_depth(cls, camera: Camera, color: Color, depth: npt.ArrayLike) -> ReferenceView:
+    def from_depth(
+        cls,
+        camera: Camera,
+        color: Color,
+        depth: npt.ArrayLike,
+        features: npt.ArrayLike | None = None,
+    ) -> ReferenceView:
         """A view from z-depth, the distance along the camera's axis.
 
         Args:
             camera: planar camera.
             color: (H, W, 3|4) ``uint8`` sRGB or ``float32`` linear.
             depth: (H, W) metres as floating point; 0, NaN and infinity mean "no sample".
+            features: (H, W, C) what else each pixel carries, or None.
 
         Raises:
-            ViewError: depth of another size, negative, or in whole numbers (millimetres?).
+            ViewError: depth of another size, negative, or in whole numbers (millimetres?);
+                features of another size, or infinite.
         """
         if not isinstance(camera, Camera):
             raise ViewError(
@@ -78,7 +102,7 @@ class ReferenceView:
         with np.errstate(divide="ignore", over="ignore"):
             disparity = np.float32(1.0) / metres
         disparity[~np.isfinite(disparity) | ~np.isfinite(metres)] = np.nan
-        return cls(camera, color, disparity)
+        return cls(camera, color, disparity, cast("F4 | None", features))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +119,11 @@ class Frame:
     """(H, W) in [0, 1]: 0 where nothing is known, also in holes that were filled."""
     filled: npt.NDArray[np.bool_] | None = None
     """(H, W) True where colour was invented by hole filling; None when it was not asked for."""
+    features: F4 | None = None
+    """(H, W, C) the references' features, of the surface that ``disparity`` shows; NaN in holes,
+    filled or not. None when the references have none."""
+    explanation: Explanation | None = None
+    """Where each pixel comes from and how far to trust it; None when it was not asked for."""
 
     @property
     def holes(self) -> npt.NDArray[np.bool_]:
@@ -108,11 +137,10 @@ class Frame:
 
     def as_view(self) -> ReferenceView:
         """This frame as a reference view, so that warps chain. Invented pixels are left out."""
-        if self.filled is None:
-            return ReferenceView(self.camera, self.color, self.disparity)
-        return ReferenceView(
-            self.camera, self.color, np.where(self.coverage > 0, self.disparity, np.float32(np.nan))
-        )
+        disparity = self.disparity
+        if self.filled is not None:
+            disparity = np.where(self.coverage > 0, disparity, np.float32(np.nan))
+        return ReferenceView(self.camera, self.color, disparity, self.features)
 
 
 def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
@@ -139,6 +167,46 @@ def check_color(owner: str, color: Any, size: tuple[int, int]) -> Color:
             f"{owner}.color is {array.dtype}, expected uint8 (sRGB) or float32 (linear radiance)"
         )
     return np.ascontiguousarray(array)
+
+
+def check_features(owner: str, features: Any, size: tuple[int, int]) -> F4:
+    """``features`` as a contiguous (H, W, C) ``float32`` array.
+
+    Raises:
+        ViewError: another shape, no numbers, infinite values, samples of which only some channels
+            are NaN, or whole numbers that ``float32`` cannot hold.
+    """
+    _refuse_mask(owner, "features", features, "fill it with NaN, which means no features "
+                 "(features.filled(np.nan))")  # fmt: skip
+    array = as_array(owner, "features", features, None)
+    if array.ndim != 3 or array.shape[2] == 0 or array.shape[:2] != size:
+        raise ViewError(
+            f"{owner}.features has shape {shape_text(array.shape)}, expected "
+            f"{shape_text((*size, None))} with n from 1 up: one vector for each pixel"
+            + (" (features[..., None] for one channel)" if array.ndim == 2 else "")
+        )
+    if not (np.issubdtype(array.dtype, np.floating) or array.dtype.kind in "biu"):
+        raise ViewError(f"{owner}.features is {array.dtype}, expected real numbers")
+    if array.dtype.kind in "iu" and array.dtype.itemsize > 2:
+        largest = max(abs(int(array.min())), abs(int(array.max())))
+        if largest > LARGEST_WHOLE:
+            raise ViewError(
+                f"{owner}.features holds the whole number {largest}, but float32 holds them up to "
+                f"{LARGEST_WHOLE}: number the labels anew, or split them into two channels"
+            )
+    with np.errstate(over="ignore"):  # what float32 cannot hold is infinite
+        held = np.ascontiguousarray(array, dtype=np.float32)
+    for row, values in enumerate(held):  # row by row: hundreds of channels are large
+        if bool(np.isfinite(values).all()):
+            continue
+        missing = np.isnan(values)
+        bad = np.isinf(values).any(axis=1) | (missing.any(axis=1) & ~missing.all(axis=1))
+        if bad.any():
+            raise ViewError(
+                f"{owner}.features[{row}, {int(np.argmax(bad))}] is infinite or NaN in some of its "
+                "channels, expected finite numbers, or NaN in all where a pixel has no features"
+            )
+    return held
 
 
 def _refuse_mask(owner: str, name: str, values: Any, advice: str) -> None:

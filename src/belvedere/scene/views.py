@@ -124,10 +124,10 @@ class ViewSet:
         view = entry.load()
         with self._lock:
             self._cache[position] = view
-            held_bytes = sum(v.color.nbytes + v.disparity.nbytes for v in self._cache.values())
+            held_bytes = sum(v.nbytes for v in self._cache.values())
             while held_bytes > self.cache_bytes and len(self._cache) > 1:
                 _, dropped = self._cache.popitem(last=False)
-                held_bytes -= dropped.color.nbytes + dropped.disparity.nbytes
+                held_bytes -= dropped.nbytes
         return view
 
     def color(self, index: int) -> Color:

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
         signed_difference,
     )
     from belvedere.studio.evaluate import plan_hold_out
+    from belvedere.studio.explained import (
+        add_legend,
+        error_picture,
+        explained_pictures,
+        hole_picture,
+        source_picture,
+    )
     from belvedere.studio.machine import Machine, describe_machine
     from belvedere.studio.metrics import psnr, ssim
     from belvedere.studio.progress import Progress, silent
@@ -33,6 +40,8 @@ _HOME = {
     "coverage_picture": "difference", "disparity_picture": "difference",
     "picture_with_holes": "difference", "signed_difference": "difference",
     "plan_hold_out": "evaluate",
+    "add_legend": "explained", "error_picture": "explained", "explained_pictures": "explained",
+    "hole_picture": "explained", "source_picture": "explained",
     "Machine": "machine", "describe_machine": "machine",
     "psnr": "metrics", "ssim": "metrics",
     "Progress": "progress", "silent": "progress",
@@ -65,16 +74,21 @@ __all__ = [
     "Report",
     "Summary",
     "ViewScore",
+    "add_legend",
     "coverage_picture",
     "describe_machine",
     "disparity_picture",
+    "error_picture",
     "evaluate_to_report",
+    "explained_pictures",
+    "hole_picture",
     "picture_with_holes",
     "plan_hold_out",
     "psnr",
     "render_path",
     "signed_difference",
     "silent",
+    "source_picture",
     "ssim",
     "write_report",
 ]

@@ -20,6 +20,8 @@ from belvedere.warp.equation import (
     warp_matrix,
     warp_points,
 )
+from belvedere.warp.explain import explain
+from belvedere.warp.features import FEATURE_FILTERS, FeatureFilter
 from belvedere.warp.holes import fill_background
 from belvedere.warp.order import Sheet, occlusion_compatible_sheets, order_key
 from belvedere.warp.prepare import PreparedView, prepare
@@ -34,8 +36,10 @@ from belvedere.warp.warp import warp
 from belvedere.warp.warper import Warper
 
 __all__ = [
+    "FEATURE_FILTERS",
     "RECONSTRUCTIONS",
     "DepthViews",
+    "FeatureFilter",
     "OffsetOptions",
     "Photographs",
     "PreparedView",
@@ -47,6 +51,7 @@ __all__ = [
     "area_growth",
     "choose_references",
     "epipole",
+    "explain",
     "fill_background",
     "homography",
     "jacobian",

@@ -151,7 +151,7 @@ class DepthViews:
         made = prepare(self.views[index])
         with self._lock:
             self._prepared[index] = made
-            each = made.disparity.size * 24 + made.color.nbytes
+            each = made.disparity.size * 20 + made.view.nbytes
             while len(self._prepared) > max(2, PREPARED_BYTES // each):
                 self._prepared.popitem(last=False)
         return made

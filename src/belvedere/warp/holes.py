@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,9 +57,7 @@ def fill_background(
 
     holes = np.isnan(frame.disparity)
     if not holes.any() or holes.all():
-        return Frame(
-            frame.camera, frame.color, frame.disparity, frame.coverage, np.zeros_like(holes)
-        )
+        return replace(frame, filled=np.zeros_like(holes))
     colors = [np.array(linear_rgba(frame.color, threads))]
     disparities = [frame.disparity.copy()]
     while np.isnan(disparities[-1]).any():
@@ -101,7 +100,7 @@ def fill_background(
             colors[level][rows, columns], disparities[level][rows, columns] = soft
     color = frame.color.copy()
     color[holes] = from_linear(colors[0][holes][:, None], frame.color)[:, 0]
-    return Frame(frame.camera, color, disparities[0], frame.coverage, holes)
+    return replace(frame, color=color, disparity=disparities[0], filled=holes)
 
 
 def _bands(size: tuple[int, ...], threads: int | None) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,16 @@ class PreparedView:
     def disparity(self) -> npt.NDArray[np.float32]:
         """(H, W)."""
         return self.view.disparity
+
+    @property
+    def features(self) -> npt.NDArray[np.float32] | None:
+        """(H, W, C), or None."""
+        return self.view.features
+
+    @cached_property
+    def features_whole(self) -> bool:
+        """Whether every sample has features."""
+        return self.features is not None and not bool(np.isnan(self.features[..., 0]).any())
 
     def surface(self, threads: int | None = None) -> npt.NDArray[np.float32]:
         """(H, W) disparity with small gaps inside a surface bridged (see `prepare`)."""

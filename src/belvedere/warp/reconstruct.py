@@ -17,6 +17,7 @@ import numpy.typing as npt
 from belvedere.ground.checks import check_choice, check_integer, check_number
 from belvedere.ground.errors import InputError
 from belvedere.ground.scratch import scratch
+from belvedere.warp.features import FEATURE_FILTERS, FeatureFilter
 from belvedere.warp.prepare import PreparedView
 from belvedere.warp.silhouettes import Silhouettes
 
@@ -107,6 +108,11 @@ class WarpOptions:
     """Relative difference in disparity up to which samples or layers show one surface."""
     splat: SplatOptions = SplatOptions()
     offset: OffsetOptions = OffsetOptions()
+    feature_filter: FeatureFilter = "cubic"
+    """How features are looked up between samples: "cubic", "linear", or "nearest", which never
+    mixes two samples or two references: for labels."""
+    explain: bool = False
+    """Whether the frame comes with its `Explanation`; see `explain`."""
 
     def __post_init__(self) -> None:
         owner = "WarpOptions"
@@ -114,6 +120,9 @@ class WarpOptions:
         check_choice(owner, "visibility", self.visibility, ("order", "zbuffer"))
         check_choice(owner, "composite", self.composite, ("blend", "nearest", "fuzzy"))
         check_choice(owner, "fill", self.fill, ("none", "background"))
+        check_choice(owner, "feature_filter", self.feature_filter, FEATURE_FILTERS)
+        if not isinstance(self.explain, bool):
+            raise InputError(f"{owner}.explain is {self.explain!r}, expected True or False")
         check_number(owner, "surface_tolerance", self.surface_tolerance, 0.0, 1.0)
         for name, value, kind in (
             ("splat", self.splat, SplatOptions),

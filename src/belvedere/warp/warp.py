@@ -16,6 +16,7 @@ from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import epipole, planar, warp_matrix
+from belvedere.warp.features import feature_channels, gather_features
 from belvedere.warp.order import (
     Sheet,
     occlusion_compatible_cell_sheets,
@@ -66,16 +67,18 @@ def warp(
         options: every choice in one `WarpOptions`.
         choices: or single fields of `WarpOptions` by name: ``reconstruction`` ("point", "splat",
             "mesh", "offset", "inverse"), ``visibility`` ("order", "zbuffer"), ``composite``,
-            ``fill``, ``surface_tolerance``, ``splat``, ``offset``.
+            ``fill``, ``surface_tolerance``, ``splat``, ``offset``, ``feature_filter``, ``explain``.
 
     Returns:
         A frame of the camera's size: colour of the references' type, disparity (so that warps
-        chain), coverage (0 in holes), and with ``fill="background"`` the mask of invented pixels.
+        chain), coverage (0 in holes), features if the references have some, with
+        ``fill="background"`` the mask of invented pixels, with ``explain=True`` its explanation.
 
     Raises:
         InputError: an unknown option or value.
         CameraError: a camera that is not planar.
-        ViewError: no view, or views whose colours differ in type or channels.
+        ViewError: no view, or views whose colours differ in type or channels, or whose features
+            differ in channels.
 
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
     ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a
@@ -109,6 +112,8 @@ def warp_prepared(
     chosen: WarpOptions,
     threads: int | None,
     block: npt.NDArray[np.uint8] | None = None,
+    shares: Sequence[float] | None = None,
+    features: F4 | None = None,
 ) -> Frame:
     """`warp` once everything is checked.
 
@@ -118,8 +123,11 @@ def warp_prepared(
         chosen: how.
         threads: how many to use.
         block: (`frame_bytes`,) memory for the frame; None for new one.
+        shares: (n,) factors above 0 by which each view counts more or less; None for 1.
+        features: (H, W, C) memory for the frame's features; None for new one.
     """
-    prepared = nearest_first(views, desired)
+    order = nearest_order(views, desired)
+    prepared = [views[n] for n in order]
     if len(prepared) == 1 and same_pixels(prepared[0].camera, desired):
         # nothing moves: every sample is its pixel already, and any filter would only blur it
         chosen = replace(chosen, reconstruction="point")
@@ -138,6 +146,9 @@ def warp_prepared(
         .reshape(*desired.size, channels)
     )
     weights = nearness_weights(prepared, desired)
+    if shares is not None:
+        weights = weights * np.array([shares[n] for n in order], np.float32)
+        weights /= weights.sum()
     count = thread_count(threads)
 
     def work(rows: tuple[int, int]) -> None:
@@ -151,7 +162,21 @@ def warp_prepared(
     if chosen.fill == "background":
         from belvedere.warp.holes import fill_background
 
-        return fill_background(frame, chosen.surface_tolerance, threads)
+        frame = fill_background(frame, chosen.surface_tolerance, threads)
+    if feature_channels(prepared) > 0:
+        held = gather_features(
+            prepared, weights, desired, frame.disparity, frame.coverage,
+            feature_filter=chosen.feature_filter, nearest_only=chosen.composite == "nearest",
+            tolerance=chosen.surface_tolerance, threads=threads, out=features,
+        )  # fmt: skip
+        frame = replace(frame, features=held)
+    if chosen.explain:
+        from belvedere.warp.explain import explain_prepared
+
+        explanation = explain_prepared(
+            frame, desired, prepared, order, weights, chosen.surface_tolerance, 0.0, threads
+        )
+        frame = replace(frame, explanation=explanation)
     return frame
 
 
@@ -230,12 +255,14 @@ def prepare_all(
             f"warp.views mix colours of type {texts}: convert them to one (uint8 is sRGB-encoded, "
             "float32 is linear radiance; see belvedere.ground.color_to_linear)"
         )
+    feature_channels(prepared)
     return prepared
 
 
-def nearest_first(views: Sequence[PreparedView], desired: Camera) -> list[PreparedView]:
-    """Views by the distance of their center from the desired eye; ties keep the given order."""
-    return sorted(views, key=lambda one: math.dist(one.camera.center, desired.center))
+def nearest_order(views: Sequence[PreparedView], desired: Camera) -> list[int]:
+    """Indices by the distance of the view's center from the desired eye; ties keep the order."""
+    away = [math.dist(one.camera.center, desired.center) for one in views]
+    return sorted(range(len(views)), key=lambda n: away[n])
 
 
 def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:

@@ -7,12 +7,15 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer
-from belvedere.ground.errors import CameraError
+from belvedere.ground.errors import CameraError, InputError
 from belvedere.ground.threads import thread_count
 from belvedere.scene import CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import planar
+from belvedere.warp.fading import Fading
+from belvedere.warp.features import feature_channels
 from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import WarpOptions
 from belvedere.warp.warp import frame_bytes, merge_options, prepare_all, warp_prepared
@@ -20,6 +23,8 @@ from belvedere.warp.warp import frame_bytes, merge_options, prepare_all, warp_pr
 KEPT_VIEWS = 32
 """Prepared views that a warper remembers by default."""
 LARGEST_SIDE = 1 << 16
+LONGEST_FADE = 10_000
+"""Frames; several minutes of video."""
 
 
 class Warper:
@@ -41,13 +46,17 @@ class Warper:
         options: every choice in one `WarpOptions`.
         threads: how many to use, by default as many as there are processors.
         kept: prepared views to remember; the one not used for longest is forgotten first.
+        cross_fade: frames over which references that enter or leave the set gain or lose their
+            weight; 0 changes at once. Only colours fade: surfaces that a reference alone sees are
+            there from its first frame, and gone after its last.
         choices: or single fields of `WarpOptions` by name.
 
     Raises:
         InputError: a size, a count, an option or a value it does not take.
 
-    Memory: 11 to 24 bytes a pixel for the frame, and for each remembered view up to 54 bytes a
-    sample beside its own pixels.
+    Memory: 11 to 24 bytes a pixel for the frame, 4 for each channel of features, and for each
+    remembered view up to 54 bytes a sample beside its own pixels. With ``cross_fade`` up to
+    `LEAVING_VIEWS` references more are remembered and warped while they leave.
     """
 
     def __init__(
@@ -58,6 +67,7 @@ class Warper:
         options: WarpOptions | None = None,
         threads: int | None = None,
         kept: int = KEPT_VIEWS,
+        cross_fade: int = 0,
         **choices: Any,
     ) -> None:
         self.width = check_integer("Warper", "width", width, 1, LARGEST_SIDE)
@@ -65,8 +75,16 @@ class Warper:
         self.options = merge_options(options, choices)
         self.threads = thread_count(threads)
         self._kept = check_integer("Warper", "kept", kept, 1, 1 << 20)
+        frames = check_integer("Warper", "cross_fade", cross_fade, 0, LONGEST_FADE)
+        if frames and self.options.composite == "nearest":
+            raise InputError(
+                'Warper.cross_fade needs composite="blend": with "nearest" references have no '
+                "weights that could fade"
+            )
+        self._fading = Fading(frames) if frames else None
         self._views: OrderedDict[int, PreparedView] = OrderedDict()
         self._block = np.empty(0, np.uint8)
+        self._features = np.empty(0, np.float32)
 
     def warp(
         self,
@@ -84,7 +102,9 @@ class Warper:
 
         Raises:
             CameraError: a camera that is not planar, or of another size.
-            ViewError: no view, or views whose colours differ in type or channels.
+            ViewError: no view, or views whose colours or features differ in type or channels.
+
+        With ``explain=True``, references that are fading out are numbered after those given.
         """
         desired = planar(camera, "desired")
         if desired.size != (self.height, self.width):
@@ -96,11 +116,32 @@ class Warper:
             views = [views]
         if isinstance(views, Iterable):
             views = [self._remembered(view) for view in views]
-        prepared = prepare_all(views)
+        prepared, shares = prepare_all(views), None
+        if self._fading is not None:
+            prepared, shares = self._fading.step(prepared)
         size = frame_bytes(prepared[0], desired)
         if self._block.size < size:
             self._block = np.empty(size, np.uint8)
-        return warp_prepared(prepared, desired, self.options, self.threads, self._block)
+        features = self._feature_memory(desired.size, feature_channels(prepared))
+        return warp_prepared(
+            prepared, desired, self.options, self.threads, self._block, shares, features
+        )
+
+    def cut(self) -> None:
+        """Begin anew: the next frame's references fade neither in nor out, as after a jump."""
+        if self._fading is not None:
+            self._fading.forget()
+
+    def _feature_memory(
+        self, size: tuple[int, int], channels: int
+    ) -> npt.NDArray[np.float32] | None:
+        """(H, W, channels), the same memory for every frame; None without features."""
+        if channels == 0:
+            return None
+        count = size[0] * size[1] * channels
+        if self._features.size < count:
+            self._features = np.empty(count, np.float32)
+        return self._features[:count].reshape(*size, channels)
 
     def _remembered(self, view: Any) -> Any:
         """The view prepared, if it is one; `prepare_all` refuses the rest."""

@@ -17,7 +17,7 @@ from belvedere.warp import RECONSTRUCTIONS, PreparedView, prepare, warp
 SIZES = [256, 512, 1024]
 THREADS = [1, 2]
 PICTURE_SIZE = 256
-NAMES = ["point", "splat3", "splat-jacobian", "mesh", "offset", "offset-full"]
+NAMES = ["point", "splat3", "splat-jacobian", "gaussian", "mesh", "offset", "offset-full"]
 
 
 class Warp:

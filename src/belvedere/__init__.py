@@ -33,6 +33,7 @@ from belvedere.scene import (
 )
 from belvedere.warp import (
     DepthViews,
+    GaussianOptions,
     OffsetOptions,
     Photographs,
     SplatOptions,
@@ -84,6 +85,7 @@ __all__ = [
     "CylinderCamera",
     "DepthViews",
     "Frame",
+    "GaussianOptions",
     "OffsetOptions",
     "OrthographicCamera",
     "Photographs",

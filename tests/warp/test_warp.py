@@ -16,6 +16,7 @@ from belvedere.ground.errors import CameraError, InputError, ViewError
 from belvedere.scene import Camera, CylinderCamera, Frame, ReferenceView
 from belvedere.warp import (
     RECONSTRUCTIONS,
+    GaussianOptions,
     OffsetOptions,
     SplatOptions,
     WarpOptions,
@@ -44,7 +45,7 @@ FOLDER = Path(__file__).resolve().parents[2]
 
 @pytest.mark.parametrize("visibility", VISIBILITIES)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("reconstruction", ["point", "splat", "mesh", "offset"])
+@pytest.mark.parametrize("reconstruction", ["point", "splat", "gaussian", "mesh", "offset"])
 def test_a_view_warped_to_its_own_camera_is_the_identical_view(
     reconstruction: Any, kind: str, visibility: Any
 ) -> None:
@@ -322,6 +323,7 @@ HOME = straight_camera(8, 6)
         (VIEW, HOME, {"fill": True}, InputError, "fill is True, expected one of 'none', 'back"),
         (VIEW, HOME, {"surface_tolerance": -1}, InputError, "surface_tolerance is -1, expected"),
         (VIEW, HOME, {"splat": 3}, InputError, "splat is a int, expected SplatOptions(...)"),
+        (VIEW, HOME, {"gaussian": 1}, InputError, "gaussian is a int, expected GaussianOptions("),
         (VIEW, HOME, {"offset": {}}, InputError, "offset is a dict, expected OffsetOptions(...)"),
     ],
 )
@@ -339,6 +341,9 @@ def test_a_bad_call_is_refused_before_the_work(
         (lambda: SplatOptions(size=2), "SplatOptions.size is 2, expected an odd number"),
         (lambda: SplatOptions(size=17), "SplatOptions.size is 17, expected a whole number from 1"),
         (lambda: SplatOptions(largest=4), "SplatOptions.largest is 4, expected an odd number"),
+        (lambda: GaussianOptions(sigma=0.3), "GaussianOptions.sigma is 0.3, expected a finite num"),
+        (lambda: GaussianOptions(cut=1), "GaussianOptions.cut is 1, expected a finite number from"),
+        (lambda: GaussianOptions(low_pass=0), "GaussianOptions.low_pass is 0, expected a finite"),
         (lambda: OffsetOptions(density=3), "OffsetOptions.density is 3, expected an even number"),
         (lambda: OffsetOptions(density=18), "density is 18, expected a whole number from 2 to 16"),
         (lambda: OffsetOptions(buffer_scale=1), "buffer_scale is 1, expected a whole number from"),

@@ -42,6 +42,27 @@ class Warp:
         warp(self.prepared, self.scene.camera, **self.choices)
 
 
+class Complexity:
+    """One view of as many samples whatever stands there: bare walls, furniture, a field of sticks.
+
+    A polygon renderer's time grows with the surface; a warp's must not (Popescu and Lastra; spec
+    offset-buffer-warping 6.7).
+    """
+
+    params: ClassVar = [["default", *RECONSTRUCTIONS], ["nothing", "furniture", "sticks"]]
+    param_names: ClassVar = ["reconstruction", "contents"]
+    timeout = 300
+
+    def setup(self, name: str, contents: Any) -> None:
+        self.scene = make_room(512, contents=contents)
+        self.prepared = [prepare(view) for view in self.scene.views]
+        self.choices: dict[str, Any] = {} if name == "default" else {"reconstruction": name}
+        self.time_two_references()
+
+    def time_two_references(self, *_: object) -> None:
+        warp(self.prepared, self.scene.camera, threads=1, **self.choices)
+
+
 class WarpUnprepared:
     """From the view itself: bounds, edges and linear colour are computed on the way."""
 

@@ -28,20 +28,12 @@ from tests.warp.worlds import (
     plane_disparity,
     random_camera,
     random_rotation,
+    rolled,
     straight_camera,
     view_of,
 )
 
 GAUSSIAN: dict[str, Any] = {"reconstruction": "gaussian"}
-
-
-def turned(camera: Camera, degrees: float) -> Camera:
-    """A camera rolled about its axis."""
-    a = math.radians(degrees)
-    middle = np.array([[1, 0, (camera.width - 1) / 2], [0, 1, (camera.height - 1) / 2], [0, 0, 1]])
-    roll = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
-    matrix = camera.matrix @ middle @ roll @ np.linalg.inv(middle)
-    return Camera(matrix, camera.center, camera.width, camera.height)
 
 
 def one_footprint(
@@ -185,7 +177,7 @@ def test_nothing_behind_leaks_through_a_growing_turning_board(
     color = grey(80, 80, 0)
     board = np.s_[15:65, 15:65]
     disparity[board], color[board] = 0.5, 255
-    desired = turned(camera.moved((0, 2.0 - 2.0 / growth, 0)), degrees)
+    desired = rolled(camera.moved((0, 2.0 - 2.0 / growth, 0)), degrees)
     frame = warp(view_of(camera, disparity, color), desired, **GAUSSIAN)
     u, v, d = warp_points(warp_matrix(desired, camera), *desired.pixel_grid(), 0.5 * growth)
     inside = (u > 14.6) & (u < 64.4) & (v > 14.6) & (v < 64.4)

@@ -32,6 +32,11 @@ def test_six_hundred_strange_cameras_break_nothing(reconstruction: Any) -> None:
     assert fuzz.failures(range(600), reconstruction) == []
 
 
+def test_cases_that_failed_once_stay_sound() -> None:
+    """Colours in holes: a plane so steep that its footprint lay on any front, even on none."""
+    assert fuzz.failures([33452, 95954], "gaussian") == []
+
+
 def test_interpreted_kernels_never_reach_outside_an_array_at_either_end() -> None:
     """Plain Python raises beyond the end; before the start it would count from the end."""
     assert run_apart("--cameras", "90", NUMBA_DISABLE_JIT="1").startswith("90 cameras, 0 failed")

@@ -73,7 +73,7 @@ def captured_rows(
         samples = 0
         for index, (target, chosen) in enumerate(held):
             progress(index, len(held), f"predicting views from {counted_references(count)}")
-            one = _held_out(views, target, chosen)
+            one = held_out_view(views, target, chosen)
             samples = sum(view.disparity.size for view in one.references)
             common.append(_predict(one, rivals, tallies, plan.threads[0], rounds, pictures, count))
         progress(len(held), len(held), f"predicting views from {counted_references(count)}")
@@ -105,7 +105,7 @@ def _present(plan: Plan, width: int, count: int) -> tuple[list[Rival], list[Benc
     return present, missing
 
 
-def _held_out(views: ViewSet, target: int, chosen: Sequence[int]) -> HeldOut:
+def held_out_view(views: ViewSet, target: int, chosen: Sequence[int]) -> HeldOut:
     """The photograph and its references as everybody takes them: planar, 8-bit RGB."""
     photograph, camera = views.color(target), views.entries[target].camera
     if not isinstance(camera, Camera):

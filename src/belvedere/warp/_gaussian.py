@@ -224,7 +224,8 @@ def add_footprint(
     x0, y0, shear, root_x = table[X + i], table[Y + i], table[SHEAR + i], table[ROOT_X + i]
     per_x, per_y, area = table[PER_X + i], table[PER_Y + i], table[AREA + i]
     spread = table[SPAN + i] * cut
-    lowest, highest = (table[DELTA + i] - spread) * keep, table[DELTA + i] + spread
+    lowest = max((table[DELTA + i] - spread) * keep, ZERO)  # where nothing is in front, nothing is
+    highest = table[DELTA + i] + spread
     half = cut * table[ROOT_Y + i]
     top, bottom = max(int(np.ceil(y0 - half)), first), min(int(np.floor(y0 + half)), end - 1)
     for y in range(top, bottom + 1):

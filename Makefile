@@ -29,6 +29,7 @@ docs:
 figures:
 	$(PYTHON) docs/figures/make_figures.py
 	$(PYTHON) docs/make_warp_pictures.py
+	$(PYTHON) docs/make_before_after.py
 
 gallery:
 	$(PYTHON) docs/make_gallery.py

@@ -17,7 +17,7 @@ from belvedere.warp import RECONSTRUCTIONS, PreparedView, prepare, warp
 SIZES = [256, 512, 1024]
 THREADS = [1, 2]
 PICTURE_SIZE = 256
-NAMES = ["point", "splat3", "splat-jacobian", "mesh", "offset", "offset-full"]
+NAMES = ["point", "splat3", "splat-jacobian", "gaussian", "mesh", "offset", "offset-full"]
 
 
 class Warp:
@@ -40,6 +40,27 @@ class Warp:
 
     def time_two_references(self, *_: object) -> None:
         warp(self.prepared, self.scene.camera, **self.choices)
+
+
+class Complexity:
+    """One view of as many samples whatever stands there: bare walls, furniture, a field of sticks.
+
+    A polygon renderer's time grows with the surface; a warp's must not (Popescu and Lastra; spec
+    offset-buffer-warping 6.7).
+    """
+
+    params: ClassVar = [["default", *RECONSTRUCTIONS], ["nothing", "furniture", "sticks"]]
+    param_names: ClassVar = ["reconstruction", "contents"]
+    timeout = 300
+
+    def setup(self, name: str, contents: Any) -> None:
+        self.scene = make_room(512, contents=contents)
+        self.prepared = [prepare(view) for view in self.scene.views]
+        self.choices: dict[str, Any] = {} if name == "default" else {"reconstruction": name}
+        self.time_two_references()
+
+    def time_two_references(self, *_: object) -> None:
+        warp(self.prepared, self.scene.camera, threads=1, **self.choices)
 
 
 class WarpUnprepared:

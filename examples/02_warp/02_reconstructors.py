@@ -1,7 +1,8 @@
-"""Five ways to make a continuous picture out of moved samples.
+"""Six ways to make a continuous picture out of moved samples.
 
 Samples that have moved no longer lie on a grid. `point` paints the pixel each one lands in and
 leaves cracks where the picture grows; `splat` paints squares as large as the sample has grown;
+`gaussian` weights an ellipse round each, as its surface stretches it, over the pixels it holds;
 `mesh` draws the quads between neighbouring samples, cut at depth edges; `offset` finds what is
 visible on a finer grid that remembers where in its cell each sample fell, and filters that;
 `inverse` (the default) finds surfaces first and then looks their colours up backwards, with edges
@@ -27,7 +28,7 @@ def main(output: Path) -> None:
     house = build_interior(seed=0, rays=64)
     here = bv.Camera.look_at((6.95, 4.6, 1.6), (6.1, 7.2, 1.7), fov_deg=60, width=320, height=256)
     there = here.moved(here.center + 0.55 * here.forward + [-0.12, 0.0, 0.05])
-    reference = bv.prepare(photograph(house, here))  # edges and tiles, once for all five
+    reference = bv.prepare(photograph(house, here))  # edges and tiles, once for all six
     truth = photograph(house, there)
 
     frames = {name: bv.warp(reference, there, reconstruction=name) for name in RECONSTRUCTIONS}
@@ -40,7 +41,7 @@ def main(output: Path) -> None:
         tops.append(np.kron(holes[part], np.ones((2, 2, 1), np.uint8)))
         bottoms.append(np.kron(off[part], np.ones((2, 2, 1), np.uint8)))
         quality = psnr(frame.color, truth.color, common)
-        print(f"{name:7} holes {frame.hole_fraction:5.1%}   PSNR {quality:.1f} dB on common pixels")
+        print(f"{name:8} holes {frame.hole_fraction:5.1%}   PSNR {quality:.1f} dB on common pixels")
     write_color(output / "reconstructors.png", np.vstack([np.hstack(tops), np.hstack(bottoms)]))
 
 

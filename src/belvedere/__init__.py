@@ -35,6 +35,7 @@ from belvedere.scene import (
 )
 from belvedere.warp import (
     DepthViews,
+    GaussianOptions,
     OffsetOptions,
     Photographs,
     SplatOptions,
@@ -88,6 +89,7 @@ __all__ = [
     "DepthViews",
     "Explanation",
     "Frame",
+    "GaussianOptions",
     "Hole",
     "OffsetOptions",
     "OrthographicCamera",

@@ -13,8 +13,8 @@ import pytest
 
 from belvedere.scene import Camera, Frame, ReferenceView
 from belvedere.warp import prepare, warp
+from tests.fuzz import assert_frame_is_sound, strange_camera
 from tests.oracles.surface import half_plane_area, interval_share
-from tests.warp.test_warp import assert_frame_is_sound, strange_camera
 from tests.warp.worlds import (
     boards,
     noise,
@@ -369,38 +369,11 @@ def test_two_thousand_riddled_views_make_sound_frames() -> None:
 
 
 GUARDED = """
-import functools, types, warnings
+import warnings
 import numpy as np
+from tests.fuzz import guard_kernels
 warnings.simplefilter("ignore", RuntimeWarning)  # kernels divide as IEEE says
-from belvedere.ground import scratch as shared
-from belvedere.warp import _edges, _layers, _lookup, _matte, _parts, _surface, inverse, warp
-assert not hasattr(_surface.draw_surface, "py_func"), "these kernels are compiled"
-
-class Guarded(np.ndarray):
-    '''Refuses what wraps round in Python and overruns in compiled code.'''
-    def __getitem__(self, key):
-        self.check(key)
-        return super().__getitem__(key)
-    def __setitem__(self, key, value):
-        self.check(key)
-        super().__setitem__(key, value)
-    def check(self, key):
-        for one in key if isinstance(key, tuple) else (key,):
-            ends = (one.start, one.stop) if isinstance(one, slice) else (one,)
-            for end in ends:
-                if isinstance(end, (int, np.integer)) and end < 0:
-                    raise IndexError(f"negative index {key} into {self.shape}")
-
-def guarded(function):
-    @functools.wraps(function)
-    def call(*args):
-        return function(*(a.view(Guarded) if type(a) is np.ndarray else a for a in args))
-    return call
-
-for module in (_edges, _layers, _lookup, _matte, _parts, _surface):
-    for name, held in list(vars(module).items()):
-        if isinstance(held, types.FunctionType) and held.__module__ == module.__name__:
-            setattr(module, name, guarded(held))
+guard_kernels()
 from tests.warp.test_inverse import assert_frame_is_sound, warp_of_anything
 rng = np.random.default_rng(41)
 for n in range(30):

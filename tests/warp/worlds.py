@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,15 @@ def straight_camera(
     f = float(focal or width)
     k_inverse = np.linalg.inv([[f, 0, (width - 1) / 2], [0, f, (height - 1) / 2], [0, 0, 1]])
     return Camera(FORWARD_Y @ k_inverse, np.asarray(center, float), width, height)
+
+
+def rolled(camera: Camera, degrees: float) -> Camera:
+    """The camera turned about its axis, through the middle of its picture."""
+    a = math.radians(degrees)
+    middle = np.array([[1, 0, (camera.width - 1) / 2], [0, 1, (camera.height - 1) / 2], [0, 0, 1]])
+    roll = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
+    matrix = camera.matrix @ middle @ roll @ np.linalg.inv(middle)
+    return Camera(matrix, camera.center, camera.width, camera.height)
 
 
 def random_rotation(rng: np.random.Generator, most: float = np.pi) -> F8:

@@ -16,6 +16,7 @@ class Reconstruction(StrEnum):
 
     POINT = "point"
     SPLAT = "splat"
+    GAUSSIAN = "gaussian"
     MESH = "mesh"
     OFFSET = "offset"
     INVERSE = "inverse"

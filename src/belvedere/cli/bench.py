@@ -56,6 +56,14 @@ def bench(
             rich_help_panel=WARP,
         ),
     ] = False,
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            help="Judge on posed pictures with depth: each is held out and predicted from its "
+            "best neighbours.",
+            rich_help_panel=WARP,
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -72,9 +80,11 @@ def bench(
     """Measure the engine on this machine, beside other libraries in the same run.
 
     Medians of warm runs in one process; ratios are to a named baseline of the same run. Suite warp
-    shows the built-in house from where nobody stood and compares with what is truly there.
+    shows the built-in house from where nobody stood and compares with what is truly there, or
+    predicts the held-out views of a scene.
 
-    Examples: belvedere bench; belvedere bench warp --refs 1,2,5 -o pictures
+    Examples: belvedere bench; belvedere bench warp --refs 1,2,5 -o pictures; belvedere bench warp
+    --scene capture/
     """
     from belvedere.studio.bench import bench as measure
 
@@ -82,7 +92,7 @@ def bench(
     with progress_bar(quiet=as_json) as tell:
         result = measure(
             suite.value, size=size, repeats=repeats, peers=peers, progress=tell,
-            references=numbers, held_out=held_out, output=output, force=force,
+            references=numbers, held_out=held_out, scene=scene, output=output, force=force,
         )  # fmt: skip
     if as_json:
         say_json(result.as_dict() | ({} if output is None else {"output": str(output)}))

@@ -54,7 +54,7 @@ def evaluate(
         typer.Option(
             "--reconstruction",
             "-r",
-            help="point, splat, mesh, offset, inverse, several with commas, or all.",
+            help="point, splat, gaussian, mesh, offset, inverse, several with commas, or all.",
             rich_help_panel=LOOK,
         ),
     ] = "all",

@@ -42,13 +42,16 @@ class BenchRow:
     same_color: float | None = None
     """Per cent of commonly covered pixels in which its colour is ours."""
     psnr: float | None = None
-    """Decibels in truly seen pixels, holes filled by the nearest covered pixel; see `Quality`."""
+    """Decibels in truly seen pixels, holes filled by the nearest covered pixel; see `Quality`. On a
+    scene, of the pixels that every contestant covers."""
     ssim: float | None = None
     """Mean of the SSIM map over the same pixels."""
     cracks: float | None = None
     """Per cent of the truly seen pixels that are uncovered."""
     ghosts: float | None = None
     """Per cent of all pixels that are covered though no reference saw what is there."""
+    holes: float | None = None
+    """Per cent of a held-out photograph's pixels left uncovered (suite "warp" on a scene)."""
     wrong_depth: float | None = None
     """Per cent of the covered, truly seen pixels whose disparity is off by over 2 %."""
     megabytes: float | None = None

@@ -8,6 +8,7 @@ two wide), all with texture to the last pixel.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,9 @@ import numpy.typing as npt
 from belvedere.scene import Camera, ReferenceView
 
 F8 = npt.NDArray[np.float64]
+
+Contents = Literal["nothing", "furniture", "sticks"]
+"""What stands in the room."""
 
 ROOM = np.array([[0.0, 0.0, 0.0], [6.0, 5.0, 2.8]])
 """(2, 3) low and high corner of the room, metres; its inside is seen."""
@@ -33,14 +37,17 @@ class BenchScene:
     """The desired camera, of the views' size and intrinsics."""
 
 
-def make_room(size: int = 512, seed: int = 0) -> BenchScene:
+def make_room(size: int = 512, seed: int = 0, contents: Contents = "furniture") -> BenchScene:
     """Two references and a desired view 0.25 and 0.3 metres from them, turned by some degrees.
 
     Args:
         size: pixels along both sides of every view, at least 8.
         seed: of the texture and of where things stand.
+        contents: how complex what is seen is: bare walls, furniture, or a field of sticks that is
+            nearly all edges. The cameras and the number of samples stay the same.
     """
-    boxes, tints = _furnish(np.random.default_rng(seed))
+    furnish = {"nothing": _leave_bare, "furniture": _furnish, "sticks": _plant_sticks}[contents]
+    boxes, tints = furnish(np.random.default_rng(seed))
     desired = _camera((1.0, 1.1, 1.55), (4.6, 3.6, 0.95), size)
     eyes = (((1.16, 0.92, 1.6), (4.5, 3.8, 0.9)), ((0.8, 1.3, 1.48), (4.8, 3.5, 1.0)))
     views = tuple(
@@ -53,6 +60,18 @@ def _camera(
     eye: tuple[float, float, float], target: tuple[float, float, float], size: int
 ) -> Camera:
     return Camera.look_at(eye, target, fov_deg=FOV_DEG, width=size, height=size)
+
+
+def _leave_bare(rng: np.random.Generator) -> tuple[F8, F8]:
+    """No boxes, and the room's tints."""
+    return np.empty((0, 2, 3)), rng.uniform(0.15, 0.9, (3, 3))
+
+
+def _plant_sticks(rng: np.random.Generator) -> tuple[F8, F8]:
+    """Three hundred sticks, two to four pixels of a 512 x 512 view thick, and the tints."""
+    low = rng.uniform((1.8, 1.6, 0.0), (5.6, 4.6, 0.3), (300, 3))
+    high = low + rng.uniform((0.01, 0.01, 1.2), (0.02, 0.02, 2.4), (300, 3))
+    return np.stack([low, high], axis=1), rng.uniform(0.15, 0.9, (303, 3))
 
 
 def _furnish(rng: np.random.Generator) -> tuple[F8, F8]:

@@ -30,6 +30,7 @@ def warp_choices() -> dict[str, dict[str, Any]]:
         "point": {"reconstruction": "point"},
         "splat3": {"reconstruction": "splat", "splat": SplatOptions(size=3)},
         "splat-jacobian": {"reconstruction": "splat", "splat": SplatOptions(size="jacobian")},
+        "gaussian": {"reconstruction": "gaussian"},
         "mesh": {"reconstruction": "mesh"},
         "offset": {"reconstruction": "offset"},
         "inverse": {"reconstruction": "inverse"},

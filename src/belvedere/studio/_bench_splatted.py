@@ -79,11 +79,12 @@ def prepare_torch(views: Sequence[ReferenceView], threads: int) -> list[Points]:
     prepared = []
     for view in views:
         camera, depth = planar_of(view), depth_of(view).ravel()
+        known = depth > 0  # without depth a sample would land where the reference's eye is
         v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1)
         pixels = np.stack([u, v, np.ones_like(u)]).astype(np.float32)
         inverse = np.linalg.inv(camera.intrinsics).astype(np.float32)
-        points = torch.from_numpy(inverse @ pixels * depth)
-        color = torch.from_numpy(view.color.reshape(-1, 3).astype(np.float32))
+        points = torch.from_numpy((inverse @ pixels * depth)[:, known])
+        color = torch.from_numpy(view.color.reshape(-1, 3)[known].astype(np.float32))
         prepared.append(Points(camera, points, color))
     return prepared
 

@@ -30,6 +30,7 @@ WARP_COLUMNS = (
     ("crack", "cracks", ".2f"),
     ("ghost", "ghosts", ".2f"),
     ("depth", "wrong_depth", ".2f"),
+    ("hole", "holes", ".1f"),
     ("MB", "megabytes", ".0f"),
 )
 """The same for suite "warp"."""
@@ -37,6 +38,11 @@ WARP_LEGEND = (
     "t: threads; n: references; ms: median; prep: ms to prepare one; PSNR (dB) and SSIM of what "
     "a reference truly saw; crack: % of that left open; ghost: % painted that none saw; depth: % "
     "painted at another depth; MB: working memory. Means over the stations."
+)
+
+SCENE_LEGEND = (
+    "t: threads; n: references; ms: median; PSNR (dB) and SSIM of the pixels that everybody "
+    "covers; hole: % of the picture left open; MB: working memory. Means over the held-out views."
 )
 
 
@@ -51,7 +57,8 @@ def bench_table(result: BenchResult) -> Table:
     if loads:
         notes.append(f"load of the machine: {', then '.join(loads)}")
     if result.suite == "warp":
-        notes.insert(0, WARP_LEGEND)
+        captured = any(row.holes is not None for row in result.rows)
+        notes.insert(0, SCENE_LEGEND if captured else WARP_LEGEND)
     table = Table(
         title=Text(f"{result.suite}: ratios to {result.baseline!r}", "table.title"),
         caption=Text("\n".join(notes), "table.caption"),  # plain: "belvedere[peers]" is no markup

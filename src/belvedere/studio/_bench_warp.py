@@ -123,7 +123,7 @@ def warp_rows(
         missing: list[BenchRow] = []
         rivals = [*our_entries(), *(FIELD if plan.peers else ())]
         for index, rival in enumerate(rivals):
-            progress(index, len(rivals), f"judging pictures from {_counted(count)}")
+            progress(index, len(rivals), f"judging pictures from {counted_references(count)}")
             try:
                 entries.append(_judge(rival, stations, count, plan, pictures))
             except MissingDependencyError as absent:
@@ -132,12 +132,13 @@ def warp_rows(
                 missing.append(
                     BenchRow(rival.name, rival.what, size, None, references=count, note=text)
                 )
-        progress(len(rivals), len(rivals), f"judging pictures from {_counted(count)}")
+        progress(len(rivals), len(rivals), f"judging pictures from {counted_references(count)}")
         rows += _timed(entries, stations, count, plan, progress) + missing
     return rows
 
 
-def _counted(references: int) -> str:
+def counted_references(references: int) -> str:
+    """Such as "2 references"."""
     from belvedere.ground.wording import counted
 
     return counted(references, "reference")
@@ -223,8 +224,8 @@ def _row(
         ratio=times.median / unit,
         prepare_ms=_prepare_ms(rival, stations, count, told),
         compile_s=times.first_s,
-        psnr=_finite(judged.psnr),
-        ssim=_finite(judged.ssim),
+        psnr=finite(judged.psnr),
+        ssim=finite(judged.ssim),
         cracks=judged.cracks,
         ghosts=judged.ghosts,
         wrong_depth=judged.wrong_depth,
@@ -232,7 +233,7 @@ def _row(
     )
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
     """A number as JSON can hold it: the PSNR of two equal pictures has none."""
     return value if np.isfinite(value) else None
 

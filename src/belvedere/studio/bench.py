@@ -34,6 +34,7 @@ def bench(
     *,
     references: Sequence[int] = (2,),
     held_out: bool = False,
+    scene: str | Path | None = None,
     output: str | Path | None = None,
     force: bool = False,
     cache: Path | None = None,
@@ -54,6 +55,9 @@ def bench(
         references: how many reference views each picture is made from, every number in turn
             ("warp").
         held_out: judge at other stations in another house, to check what was tuned ("warp").
+        scene: any posed pictures with depth that `read_views` opens: each is held out and predicted
+            from its best neighbours, instead of the stations; ``size`` is the pictures' own
+            ("warp").
         output: folder for every picture, its difference from the truth and its coverage, with
             bench.json ("warp").
         force: replace that folder.
@@ -61,7 +65,9 @@ def bench(
 
     Raises:
         InputError: an unknown suite, a size too small, no repeats, a number of references that
-            the stations do not have, a folder for a suite without pictures.
+            the stations do not have, a folder or a scene for a suite without pictures, a scene
+            that is held out as well.
+        SceneError: a scene with too few views with depth, or what `read_views` raises.
         OutputError: the folder exists and ``force`` is False.
         MissingDependencyError: embreex is not installed ("warp").
     """
@@ -71,6 +77,11 @@ def bench(
     check_integer("bench", "repeats", count, 1, 10_000)
     if output is not None and suite != "warp":
         raise InputError(f"bench.output: suite {suite!r} makes no pictures, only 'warp' does")
+    if scene is not None and (suite != "warp" or held_out):
+        raise InputError(
+            "bench.scene goes with suite 'warp' and without held_out, which names other stations: "
+            f"got suite {suite!r}, held_out {held_out}"
+        )
     before = _load()
     if suite == "startup":
         from belvedere.studio._bench_startup import BASELINE, startup_rows
@@ -87,9 +98,15 @@ def bench(
 
     plan = Plan.of(references, threads, peers, count)
     target = None if output is None else check_free(Path(output), force)
-    stations = make_stations(size, held_out, cache, threads, progress)
     pictures = None if target is None else {}
-    rows = warp_rows(stations, plan, progress, pictures)
+    if scene is not None:
+        from belvedere.scene.io import read_views
+        from belvedere.studio._bench_captured import captured_rows
+
+        rows = captured_rows(read_views(scene), plan, progress, pictures)
+    else:
+        stations = make_stations(size, held_out, cache, threads, progress)
+        rows = warp_rows(stations, plan, progress, pictures)
     result = _result(suite, BASELINE, count, threads, before, rows)
     if target is not None and pictures is not None:
         write_run(target, result.as_dict(), pictures, force)

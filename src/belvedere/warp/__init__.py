@@ -1,8 +1,8 @@
 """3D image warping: reference views with depth in, new views out.
 
 Samples move by the warping equation; occlusion-compatible order or warped disparity decides what
-hides what; a reconstructor (point, splat, mesh, offset, inverse) makes a picture of them again;
-several references are merged.
+hides what; a reconstructor (point, splat, gaussian, mesh, offset, inverse) makes a picture of them
+again; several references are merged.
 
 Papers: McMillan's course notes "Image-Based Rendering using Image Warping"; Popescu and Lastra,
 "High Quality 3D Image Warping by Separating Visibility from Reconstruction"; Rafferty, Aliaga and
@@ -27,6 +27,7 @@ from belvedere.warp.order import Sheet, occlusion_compatible_sheets, order_key
 from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import (
     RECONSTRUCTIONS,
+    GaussianOptions,
     OffsetOptions,
     Reconstruction,
     SplatOptions,
@@ -40,6 +41,7 @@ __all__ = [
     "RECONSTRUCTIONS",
     "DepthViews",
     "FeatureFilter",
+    "GaussianOptions",
     "OffsetOptions",
     "Photographs",
     "PreparedView",

@@ -192,9 +192,9 @@ def prepare(
     Args:
         view: a reference view with a planar camera; a prepared one is returned as it is.
         edge_tolerance: relative jump in disparity that still counts as one surface.
-        bridge: missing samples in a row that "mesh", "offset" and "inverse" take to lie on the
-            surface round them, if both ends agree; 0 leaves every gap open. "point" and "splat"
-            show samples only.
+        bridge: missing samples in a row that "gaussian", "mesh", "offset" and "inverse" take
+            to lie on the surface round them, if both ends agree; 0 leaves every gap open. "point"
+            and "splat" show samples only.
 
     Raises:
         InputError: a negative tolerance or bridge.

@@ -23,8 +23,14 @@ from belvedere.warp.silhouettes import Silhouettes
 
 F4 = npt.NDArray[np.float32]
 
-Reconstruction = Literal["point", "splat", "mesh", "offset", "inverse"]
-RECONSTRUCTIONS: tuple[Reconstruction, ...] = ("point", "splat", "mesh", "offset", "inverse")
+Reconstruction = Literal["point", "splat", "gaussian", "mesh", "offset", "inverse"]
+RECONSTRUCTIONS: tuple[Reconstruction, ...] = (
+    "point", "splat", "gaussian", "mesh", "offset", "inverse"
+)  # fmt: skip
+
+GAUSSIAN_HALO = 7
+"""Pixels round a tile's bounds that its Gaussian footprints may paint. The bounds know of one
+reference pixel round the samples already; the tails beyond it weigh a tenth at most."""
 
 SURFACE_TOLERANCE = 0.03
 """Relative difference in disparity up to which samples that meet in a pixel are one surface. Above
@@ -51,6 +57,26 @@ class SplatOptions:
     def halo(self) -> int:
         """Pixels that a splat reaches beyond the one its sample lands in."""
         return (self.largest if self.size == "jacobian" else self.size) // 2
+
+
+@dataclass(frozen=True, slots=True)
+class GaussianOptions:
+    """Footprints of `gaussian`: round in the reference, ellipses in the desired view."""
+
+    sigma: float = 0.5
+    """Standard deviation, reference pixels, 0.4 to 1: wider is smoother, narrower ripples."""
+    cut: float = 1.5
+    """Radius at which it ends, reference pixels, 1.5 to 3: from there on neighbours overlap enough
+    that footprints blurred by `low_pass` reach the middle of a pixel, however small they are."""
+    low_pass: float = 0.25
+    """Variance added along both axes of the desired view, in squared pixels and for a variance of
+    one squared reference pixel, 0.25 to 1: blurs what a smaller picture could not show."""
+
+    def __post_init__(self) -> None:
+        owner = "GaussianOptions"
+        check_number(owner, "sigma", self.sigma, 0.4, 1.0)
+        check_number(owner, "cut", self.cut, 1.5, 3.0)
+        check_number(owner, "low_pass", self.low_pass, 0.25, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,10 +120,10 @@ class WarpOptions:
     """How references become a picture; checked when made. Every field has a sane default."""
 
     reconstruction: Reconstruction = "inverse"
-    """"point", "splat", "mesh", "offset" or "inverse"."""
+    """"point", "splat", "gaussian", "mesh", "offset" or "inverse"."""
     visibility: Literal["order", "zbuffer"] = "order"
-    """Within one reference: occlusion-compatible order, or comparing disparities, as "inverse"
-    always does."""
+    """Within one reference: occlusion-compatible order, or comparing disparities, as "gaussian"
+    and "inverse" always do."""
     composite: Literal["blend", "nearest", "fuzzy"] = "blend"
     """Across references: merge by disparity with weights; the nearest over the farther; or one
     for each pixel, the nearest unless another's surface lies clearly in front of its own, by
@@ -107,6 +133,7 @@ class WarpOptions:
     surface_tolerance: float = SURFACE_TOLERANCE
     """Relative difference in disparity up to which samples or layers show one surface."""
     splat: SplatOptions = SplatOptions()
+    gaussian: GaussianOptions = GaussianOptions()
     offset: OffsetOptions = OffsetOptions()
     feature_filter: FeatureFilter = "cubic"
     """How features are looked up between samples: "cubic", "linear", or "nearest", which never
@@ -126,6 +153,7 @@ class WarpOptions:
         check_number(owner, "surface_tolerance", self.surface_tolerance, 0.0, 1.0)
         for name, value, kind in (
             ("splat", self.splat, SplatOptions),
+            ("gaussian", self.gaussian, GaussianOptions),
             ("offset", self.offset, OffsetOptions),
         ):
             if not isinstance(value, kind):
@@ -205,6 +233,52 @@ class Reconstructor:
     def scatters(self) -> bool:
         """Whether it moves samples whole and copies their colours; see `scatter`."""
         return self.paint is None
+
+
+def _paint_gaussians(
+    passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
+) -> None:
+    from belvedere.warp import _gaussian
+
+    options, tolerance = passage.options.gaussian, passage.options.surface_tolerance
+    front, rim, weight = (
+        scratch(f"gaussian {name}", disparity.shape, np.float32)
+        for name in ("front", "rim", "weight")
+    )
+    front.fill(-1.0)
+    rim.fill(-1.0)
+    weight.fill(0.0)
+    samples = passage.disparity, passage.links, passage.tiles, *rows, options.low_pass
+    _gaussian.find_front(passage.w, *samples, options.cut, front, rim)
+    _gaussian.accumulate(
+        passage.w,
+        passage.color,
+        *samples,
+        footprint_weights(options),
+        options.cut,
+        tolerance,
+        front.reshape(-1),
+        color,
+        weight.reshape(-1),
+    )
+    _gaussian.resolve(weight, front, color, disparity, coverage)
+
+
+@lru_cache(maxsize=16)
+def footprint_weights(options: GaussianOptions) -> F4:
+    """Weights over the square of the radius, and 0 beyond the cut; a lattice's sum to 1.
+
+    Source: spec image-warping 3.7.
+    """
+    from belvedere.warp._gaussian import WEIGHTS
+
+    two_variances = 2.0 * options.sigma**2
+    square = (np.arange(WEIGHTS) + 0.5) * options.cut**2 / WEIGHTS
+    whole = np.pi * two_variances * -np.expm1(-(options.cut**2) / two_variances)
+    weights = np.zeros(WEIGHTS + 1, np.float32)
+    weights[:-1] = np.exp(-square / two_variances) / whole
+    weights.setflags(write=False)
+    return weights
 
 
 def _paint_mesh(
@@ -295,6 +369,7 @@ def filter_weights(options: OffsetOptions) -> F4:
 RECONSTRUCTORS: dict[str, Reconstructor] = {
     "point": Reconstructor(None),
     "splat": Reconstructor(None, halo=lambda options: options.splat.halo),
+    "gaussian": Reconstructor(_paint_gaussians, joins=True, halo=lambda options: GAUSSIAN_HALO),
     "mesh": Reconstructor(_paint_mesh, joins=True),
     "offset": Reconstructor(_paint_offset, joins=True),
     "inverse": Reconstructor(_paint_mesh, joins=True, together=True),

@@ -66,8 +66,9 @@ def warp(
             depend on it.
         options: every choice in one `WarpOptions`.
         choices: or single fields of `WarpOptions` by name: ``reconstruction`` ("point", "splat",
-            "mesh", "offset", "inverse"), ``visibility`` ("order", "zbuffer"), ``composite``,
-            ``fill``, ``surface_tolerance``, ``splat``, ``offset``, ``feature_filter``, ``explain``.
+            "gaussian", "mesh", "offset", "inverse"), ``visibility`` ("order", "zbuffer"),
+            ``composite``, ``fill``, ``surface_tolerance``, ``splat``, ``gaussian``, ``offset``,
+            ``feature_filter``, ``explain``.
 
     Returns:
         A frame of the camera's size: colour of the references' type, disparity (so that warps
@@ -83,20 +84,21 @@ def warp(
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
     ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a
     pixel sees, references check one another, colours are looked up backwards, and at silhouettes
-    coverage is the share of the pixel that is known. It compares disparities whatever
-    ``visibility`` says.
+    coverage is the share of the pixel that is known. It and ``gaussian`` compare disparities
+    whatever ``visibility`` says.
 
-    Seen from behind, ``mesh`` and ``inverse`` show nothing; the others show samples, which have no
-    back. ``mesh``, ``offset`` and ``inverse`` bridge gaps of up to `BRIDGE` missing samples whose
-    two sides agree (`prepare` sets that, 0 for none), so they cover what ``point`` and ``splat``
+    Seen from behind, ``gaussian``, ``mesh`` and ``inverse`` show nothing; the others show samples,
+    which have no back. All but ``point`` and ``splat`` bridge gaps of up to `BRIDGE` missing
+    samples whose two sides agree (`prepare` sets that, 0 for none), so they cover what those two
     leave as holes.
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
     `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
-    24 for each reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at
-    most 32 MB a thread with two references. For ``point`` 8 bytes for each reference, for
-    ``splat`` 12 more, and with several references of ``float32`` colour 4 more for each: with the
-    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to five references.
+    24 for each reference, for ``gaussian`` 12 more, for ``offset`` 100 more (its warp buffer, four
+    cells a pixel), so at most 32 MB a thread with two references. For ``point`` 8 bytes for each
+    reference, for ``splat`` 12 more, and with several references of ``float32`` colour 4 more for
+    each: with the frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to five
+    references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.

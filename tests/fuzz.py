@@ -161,7 +161,7 @@ def strange_choices(rng: np.random.Generator) -> dict[str, Any]:
     pick = rng.integers
     return {
         "visibility": VISIBILITIES[pick(2)],
-        "composite": ("blend", "nearest")[pick(2)],
+        "composite": ("blend", "nearest", "fuzzy")[pick(3)],
         "fill": ("none", "none", "none", "background")[pick(4)],
         "surface_tolerance": (0.03, 0.0, 1.0, 0.3)[pick(4)],
         "splat": SplatOptions(("jacobian", 1, 5, 15)[pick(4)], largest=(1, 7, 15)[pick(3)]),

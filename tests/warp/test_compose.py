@@ -15,7 +15,7 @@ from belvedere.ground.color import (
     decode_srgb8,
     encode_srgb8,
 )
-from belvedere.ground.errors import InputError, ViewError
+from belvedere.ground.errors import ViewError
 from belvedere.scene import ReferenceView
 from belvedere.warp import RECONSTRUCTIONS, prepare, warp
 from belvedere.warp.warp import nearest_order, nearness_weights
@@ -136,10 +136,7 @@ def test_surfaces_within_the_tolerance_are_averaged_and_beyond_it_the_front_one_
     assert np.all(far.color == 255)
 
 
-LAYERED = tuple(name for name in RECONSTRUCTIONS if name != "inverse")
-
-
-@pytest.mark.parametrize("reconstruction", LAYERED)
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
 def test_fuzzy_keeps_the_nearest_reference_unless_another_is_clearly_in_front(
     reconstruction: Any,
 ) -> None:
@@ -207,11 +204,6 @@ def test_what_pixels_show_of_several_layers_is_what_the_slow_twin_says(
         assert (frame.color == wanted).mean() > 0.99
     else:
         np.testing.assert_allclose(frame.color, color, rtol=1e-5, atol=1e-6)
-
-
-def test_fuzzy_and_the_inverse_pass_do_not_go_together() -> None:
-    with pytest.raises(InputError, match=r"composite is 'fuzzy'.*take reconstruction=.offset"):
-        warp(beside(0), CENTER, composite="fuzzy")
 
 
 def test_bytes_mix_in_a_table_as_their_radiances_do() -> None:

@@ -115,17 +115,29 @@ def reject_seen_through(
 
 
 @kernel
-def keep_nearest_reference(centers: F4, edges: F4) -> None:
-    """Leave each pixel to the first layer that covers its centre, whatever the depths."""
+def keep_one_reference(ratio: Real, centers: F4, edges: F4) -> None:
+    """Leave each pixel to the first layer that covers its centre, or a later one clearly in front.
+
+    Args:
+        ratio: how many times larger a later layer's disparity must be; infinite: none ever is.
+        centers: (n, rows, width) disparities, -1 where nothing was drawn; changed in place.
+        edges: (n, rows, width) those near edges.
+    """
     count, rows, width = centers.shape
+    factor = np.float32(ratio)
     for y in range(rows):
         for x in range(width):
-            taken = False
+            chosen, held = -1, HOLE
             for n in range(count):
-                if taken:
+                delta = centers[n, y, x]
+                if delta >= ZERO and (chosen < 0 or delta > held * factor):
+                    chosen, held = n, delta
+            if chosen < 0:
+                continue
+            for n in range(count):
+                if n > chosen or (n < chosen and centers[n, y, x] >= ZERO):
                     centers[n, y, x] = HOLE
                     edges[n, y, x] = HOLE
-                taken |= centers[n, y, x] >= ZERO
 
 
 @inner

@@ -44,11 +44,13 @@ def disparity_range(disparity: F4, out_low: F4, out_high: F4) -> None:
 
 
 @inner
-def most_of(row: F8, far: Real, last: F8, u_low: Real, u_high: Real, v_low: Real, v_high: Real,
-            low: Real, high: Real) -> Real:  # fmt: skip
-    """The largest value in a box of ``row`` plus ``far`` times ``last``, both of the matrix."""
-    a, b = row[0] + far * last[0], row[1] + far * last[1]
-    c, d = row[2] + far * last[2], row[3] + far * last[3]
+def most_of(
+    sign: Real, row: F8, far: Real, last: F8, u_low: Real, u_high: Real, v_low: Real, v_high: Real,
+    low: Real, high: Real,
+) -> Real:  # fmt: skip
+    """The largest value in a box of ``sign row + far last``, both rows of the matrix."""
+    a, b = sign * row[0] + far * last[0], sign * row[1] + far * last[1]
+    c, d = sign * row[2] + far * last[2], sign * row[3] + far * last[3]
     return c + max(a * u_low, a * u_high) + max(b * v_low, b * v_high) + max(d * low, d * high)
 
 
@@ -65,11 +67,11 @@ def misses(
     r, s, t = warp[0], warp[1], warp[2]
     right, bottom = float(width - 1 + pad), float(height - 1 + pad)
     return (
-        most_of(t, 0.0, t, u_low, u_high, v_low, v_high, low, high) <= 0.0
-        or most_of(r, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
-        or most_of(-r, right, t, u_low, u_high, v_low, v_high, low, high) < 0.0
-        or most_of(s, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
-        or most_of(-s, bottom, t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        most_of(1.0, t, 0.0, t, u_low, u_high, v_low, v_high, low, high) <= 0.0
+        or most_of(1.0, r, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(-1.0, r, right, t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(1.0, s, float(pad), t, u_low, u_high, v_low, v_high, low, high) < 0.0
+        or most_of(-1.0, s, bottom, t, u_low, u_high, v_low, v_high, low, high) < 0.0
     )
 
 

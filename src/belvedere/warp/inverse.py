@@ -78,8 +78,8 @@ def paint_inverse(
         _surface.draw_surface(
             passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
         )
-    if count > 1 and options.composite == "nearest":
-        _layers.keep_nearest_reference(centers, edges)
+    if count > 1 and options.merge_ratio is not None:
+        _layers.keep_one_reference(options.merge_ratio, centers, edges)
     elif count > 1:
         for n, passage in enumerate(passages):
             _layers.reject_seen_through(

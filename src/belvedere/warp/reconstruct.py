@@ -160,13 +160,6 @@ class WarpOptions:
                 raise InputError(
                     f"{owner}.{name} is a {type(value).__name__}, expected {kind.__name__}(...)"
                 )
-        if self.composite == "fuzzy" and self.reconstruction == "inverse":
-            raise InputError(
-                f"{owner}.composite is 'fuzzy', which chooses among finished layers, but "
-                "reconstruction 'inverse' (the default) merges references before it looks "
-                'colours up: take reconstruction="offset", "mesh", "splat" or "point" with it, '
-                'or composite="blend" or "nearest"'
-            )
 
     @property
     def merge_ratio(self) -> float | None:

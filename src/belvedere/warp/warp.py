@@ -60,7 +60,7 @@ def warp(
         views: one reference view or several; with several, each desired pixel shows the surface in
             front, blended from all that see it (``composite="blend"``), or is taken from the
             reference whose center is nearest, always (``composite="nearest"``) or unless another's
-            surface is clearly nearer (``composite="fuzzy"``, not with ``inverse``).
+            surface is clearly nearer (``composite="fuzzy"``).
         camera: planar camera to fill; any pose and size, same world.
         threads: how many to use, by default as many as there are processors. The result does not
             depend on it.

@@ -244,7 +244,7 @@ def test_points_and_splats_take_less_than_64_bytes_a_pixel(choices: dict[str, An
     views = [
         prepare(view_of(camera.moved((0.1 * n, 0, 0)), boards(rng, 512, 512)[0],
                         noise(rng, 512, 512)))
-        for n in range(5)
+        for n in range(4)
     ]  # fmt: skip
 
     def run() -> Frame:

@@ -36,6 +36,9 @@ SMALLEST_BAND = 8192
 """Pixels of a band for which waking a thread is worth while."""
 LARGEST_BAND = 1 << 18
 """Pixels of a band at most: bounds the working memory of large views."""
+LARGEST_SCATTERED = 1 << 20
+"""The same where samples scatter, which need less memory: lower bands of a wide view would move
+half of its samples twice."""
 
 NEARNESS_FLOOR = 0.05
 """Share of the mean distance below which being nearer to the desired eye adds no more weight."""
@@ -95,10 +98,10 @@ def warp(
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
     `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
     24 for each reference, for ``gaussian`` 12 more, for ``offset`` 100 more (its warp buffer, four
-    cells a pixel), so at most 32 MB a thread with two references. For ``point`` 8 bytes for each
-    reference, for ``splat`` 12 more, and with several references of ``float32`` colour 4 more for
-    each: with the frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to five
-    references.
+    cells a pixel), so at most 32 MB a thread with two references. For ``point``, in bands of at
+    most `LARGEST_SCATTERED` pixels, 8 bytes for each reference, for ``splat`` 12 more, and with
+    several references of ``float32`` colour 4 more for each: with the frame (11 bytes a pixel of
+    ``uint8`` RGB) below 64 bytes a pixel up to four references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.
@@ -157,8 +160,10 @@ def warp_prepared(
         band = slice(*rows)
         _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
 
-    scatters = RECONSTRUCTORS[chosen.reconstruction].scatters
-    cut = band_count(pixels, count, SCATTERED_PER_THREAD if scatters else BANDS_PER_THREAD)
+    if RECONSTRUCTORS[chosen.reconstruction].scatters:
+        cut = band_count(pixels, count, SCATTERED_PER_THREAD, LARGEST_SCATTERED)
+    else:
+        cut = band_count(pixels, count, BANDS_PER_THREAD, LARGEST_BAND)
     run_parallel(work, row_bands(desired.height, cut), threads)
     frame = Frame(desired, color, disparity, coverage)
     if chosen.fill == "background":
@@ -197,10 +202,10 @@ def same_pixels(reference: Camera, desired: Camera) -> bool:
     )
 
 
-def band_count(pixels: int, threads: int, each: int) -> int:
-    """Into how many bands a desired view of so many pixels is cut, ``each`` for every thread."""
+def band_count(pixels: int, threads: int, each: int, largest: int) -> int:
+    """Into how many bands, of at most ``largest`` pixels, a view is cut: ``each`` for a thread."""
     wanted = 1 if threads == 1 else threads * each
-    return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // LARGEST_BAND), 1)
+    return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // largest), 1)
 
 
 def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpOptions:

@@ -168,14 +168,15 @@ def test_the_papers_density_of_four_suffices_up_to_a_growth_of_two(growth: float
 def dot_shift(shift: float, bits: int) -> float:
     """Columns that a soft dot moves by when the camera moves so that it should by ``shift``."""
     camera = straight_camera(25, 25, focal=25)
-    color = np.zeros((25, 25, 3), np.float32)
-    color[12, 12] = 1.0
+    color = np.full((25, 25, 3), 0.5, np.float32)  # nothing is cut off at 0
+    color[12, 12] = 1.5
     view = ReferenceView(camera, color, np.full((25, 25), 0.5, np.float32))
     moved = camera.moved((-shift / 25 / 0.5, 0, 0))
     frame = warp(
         view, moved, reconstruction="offset", offset=OffsetOptions(density=4, offset_bits=bits)
     )
-    return centroid(frame.color[..., 0].astype(float))[0] - 12.0
+    light = np.where(frame.coverage > 0, frame.color[..., 0].astype(float) - 0.5, 0.0)
+    return centroid(light)[0] - 12.0
 
 
 def test_a_dot_follows_the_camera_by_a_sixteenth_of_a_pixel_and_in_steps_without_offsets() -> None:

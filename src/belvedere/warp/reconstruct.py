@@ -293,19 +293,18 @@ def _paint_mesh(
 def _paint_offset(
     passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
 ) -> None:
-    from belvedere.warp import _offset, _offset_resolve
+    from belvedere.warp import _offset, _offset_resolve, _offset_word
 
     options = passage.options.offset
-    scale, bits = options.buffer_scale, options.offset_bits
+    scale, tolerance = options.buffer_scale, passage.options.surface_tolerance
+    layout = _offset_word.word_layout(options.offset_bits, tolerance, *passage.disparity.shape)
     height, width = disparity.shape
     cells = (height * scale + scale, width * scale + scale)
     count = cells[0] * cells[1]
-    cell_color = scratch("cell color", (count + 1, 4), np.float32)
-    cell_word = scratch("cell word", (count + 1,), np.uint64)
-    cell_word.fill(_offset.EMPTY)
+    words = scratch("cell word", (count + 1,), np.uint64)
+    words.fill(_offset_word.EMPTY)
     _offset.fill_offset_buffer(
         passage.w,
-        passage.color,
         passage.disparity,
         passage.links,
         passage.tiles,
@@ -315,24 +314,68 @@ def _paint_offset(
         0 if options.density == "adaptive" else options.density,
         options.largest,
         scale,
-        bits,
-        passage.options.visibility == "order",
-        passage.options.surface_tolerance,
+        layout,
         cells[1],
-        cell_color,
-        cell_word,
+        words,
     )
     _offset_resolve.resolve_offset_buffer(
-        cell_color[:count].reshape(*cells, 4),
-        cell_word[:count].reshape(cells),
-        filter_weights(options),
+        words[:count].reshape(cells),
+        passage.color,
+        passage.links,
+        block_weights(options),
+        *cubic_weights(_offset_word.IN_CELL),
+        layout,
         scale,
-        bits,
-        passage.options.surface_tolerance,
+        tolerance,
+        scratch("above color", (width, 4), np.float32),
+        scratch("above", (width, 4), np.float32),
         color,
         disparity,
         coverage,
     )
+
+
+@lru_cache(maxsize=16)
+def block_weights(options: OffsetOptions) -> F4:
+    """(b b 2^2o, 4) `filter_weights` of each place of each cell of a block in its four pixels.
+
+    Places as cells number them: see `_offset_word.mark`.
+    """
+    scale, places = options.buffer_scale, 1 << options.offset_bits
+    table = filter_weights(options).reshape(2, scale, places, 2, scale, places)
+    # the pixel above a block has it in the lower half of its filter, the pixel left in the right
+    corners = table[::-1, :, :, ::-1].transpose(1, 4, 2, 5, 0, 3)
+    weights = np.ascontiguousarray(corners).reshape(scale, scale, places * places, 4)
+    odd = np.indices((scale, scale)).sum(axis=0) % 2 == 1
+    weights[odd] = weights[odd][:, ::-1]  # there places are numbered from the other end
+    weights = weights.reshape(-1, 4)
+    weights.setflags(write=False)
+    return weights
+
+
+@lru_cache(maxsize=2)
+def cubic_weights(bits: int) -> tuple[F4, F4]:
+    """Weights of the samples at -1, 0, 1, 2 at each of 2^bits places between 0 and 1.
+
+    Catmull and Rom's cubic: it passes through the samples and keeps quadratics.
+
+    Returns:
+        (2^bits, 16) each weight four times, and (2^bits, 4) each once.
+    """
+    f = np.arange(1 << bits) / (1 << bits)
+    table = np.stack(
+        [
+            0.5 * f * (f * (2 - f) - 1),
+            0.5 * (f * f * (3 * f - 5) + 2),
+            0.5 * f * (f * (4 - 3 * f) + 1),
+            0.5 * f * f * (f - 1),
+        ],
+        axis=1,
+    ).astype(np.float32)
+    spread = np.repeat(table, 4, axis=1)
+    table.setflags(write=False)
+    spread.setflags(write=False)
+    return spread, table
 
 
 @lru_cache(maxsize=16)

@@ -4,8 +4,8 @@ Four ``float32`` at once: an RGBA sample is one vector register, but left alone 
 worked on by itself. `Four` is a value type for kernels (LLVM's ``<4 x float>``) with the few
 operations that colours need; `bits_of` and `float_of` look at a float's bits.
 
-A `Sixteen` is four of those side by side (``<16 x float>``): a row of taps, or what one colour gives
-to four pixels.
+A `Sixteen` is four of those side by side (``<16 x float>``): a row of taps, or what one colour
+gives to four pixels. Whole numbers of 32 bits stay so in `shl32`, `shr32` and `mul32`.
 
 Each function here is plain Python, which runs with ``NUMBA_DISABLE_JIT=1`` (a `Four` is then an
 array), and below it what kernels compile instead.
@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
-from numba import literally, types
+from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models
 from numba.extending import intrinsic as numba_intrinsic
 from numba.extending import overload, register_model
+from numba.misc.special import literally
 
 from belvedere.ground.jit import Real
 
@@ -34,12 +35,12 @@ Sixteen = Any
 """Sixteen float32: four colours."""
 
 
-def load4(array: F4, index: int) -> Four:
+def load4(array: F4, index: Real) -> Four:
     """The ``index``-th four of a C-contiguous array."""
     return array.reshape(-1, 4)[index].copy()
 
 
-def store4(array: F4, index: int, value: Four) -> None:
+def store4(array: F4, index: Real, value: Four) -> None:
     """Write the ``index``-th four."""
     array.reshape(-1, 4)[index] = value
 
@@ -64,7 +65,7 @@ def max4(a: Four, b: Four) -> Four:
     return np.where(a > b, a, b)
 
 
-def load16(array: F4, index: int) -> Sixteen:
+def load16(array: F4, index: Real) -> Sixteen:
     """Four fours in a row, from the ``index``-th four of a C-contiguous array on."""
     return array.reshape(-1)[4 * index : 4 * index + 16].copy()
 

@@ -14,7 +14,14 @@ import numpy.typing as npt
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import mul32, shr32
 from belvedere.warp._edges import INTACT, usable
-from belvedere.warp._offset_lattice import bounds, land_corners, lay_columns, may_meet, nearest_step, run_need
+from belvedere.warp._offset_lattice import (
+    bounds,
+    land_corners,
+    lay_columns,
+    may_meet,
+    nearest_step,
+    run_need,
+)
 from belvedere.warp._offset_quarters import fill_quarter
 from belvedere.warp._offset_word import back_word, front_word, mark
 from belvedere.warp._tiles import TILE
@@ -29,6 +36,10 @@ ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 NAN = np.float32(np.nan)
 MOST = np.float32(1e30)
 """Largest warped disparity: beyond, a sub-sample is at the eye."""
+
+
+LANES = 16
+"""Sub-samples that are landed at once, at most; a row is filled up with some that nobody claims."""
 
 
 @inner
@@ -53,7 +64,12 @@ def land_row(
     low, wide, none = np.uint32(row_first), np.uint32(columns), np.uint32(nowhere)
     places, bits = np.float32(1 << layout.bits), np.uint32(layout.bits)
     fine = scale_b * places
-    right, top, bottom, u_first = np.float32(columns) * places, first * places, end * places, np.float32(u_low)
+    right, top, bottom, u_first = (
+        np.float32(columns) * places,
+        first * places,
+        end * places,
+        np.float32(u_low),
+    )
     r0, s0, t0 = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
     for m in range(count):
         u = u_first + at[m]
@@ -95,8 +111,8 @@ def claim_row(count: int, cells: U4, words: U8, out_word: U8) -> None:
 
 @kernel
 def fill_offset_buffer(
-    w: F4, disparity: F4, links: U1, tiles: I4, row_low: int, row_high: int, height: int,
-    density: int, largest: int, scale_b: int, layout: Any, columns: int, out_word: U8,
+    w: F4, disparity: F4, links: U1, tiles: I4, row_first: int, height: int, density: int,
+    largest: int, scale_b: int, layout: Any, columns: int, out_word: U8,
 ) -> None:  # fmt: skip
     """Warp every sub-sample that can reach the band into its warp buffer.
 
@@ -108,8 +124,7 @@ def fill_offset_buffer(
         disparity: (H, W).
         links: (H, W) bits of `_edges`.
         tiles: (n, FIELDS), in any order.
-        row_low: first row of the band.
-        row_high: row after its last.
+        row_first: first row of cells of the band; nothing lands in rows below 0.
         height: of the desired view.
         density: sub-samples per pixel and axis (the paper's a), even; 0: what each run needs.
         largest: upper bound of what a run may need.
@@ -118,32 +133,50 @@ def fill_offset_buffer(
         columns: cells across.
         out_word: (cells_v * cells_u + 1,) preset to EMPTY; the last takes what lands outside.
     """
-    b4, row_first, most = np.float32(scale_b), row_low * scale_b, np.float32(largest)
+    b4, most = np.float32(scale_b), np.float32(largest)
     nowhere = out_word.size - 1
     row_end = row_first + nowhere // columns
     rows, stride = disparity.shape
-    room = max(density, largest) * TILE + 8
+    room = max(density, largest) * TILE + LANES
     column_cell, number = np.zeros(room, np.uint32), np.zeros(room, np.uint64)
-    at, fus, gone = np.zeros(room, np.float32), np.zeros(room, np.float32), np.zeros(room, np.float32)
+    at, fus, gone = (
+        np.zeros(room, np.float32),
+        np.zeros(room, np.float32),
+        np.zeros(room, np.float32),
+    )
     upper, lower = np.zeros(room, np.float32), np.zeros(room, np.float32)
-    cells, fronts, words = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty(room, np.uint64)
-    xa, ya, da = np.zeros(TILE + 1, np.float32), np.zeros(TILE + 1, np.float32), np.zeros(TILE + 1, np.float32)
-    xb, yb, db = np.zeros(TILE + 1, np.float32), np.zeros(TILE + 1, np.float32), np.zeros(TILE + 1, np.float32)
+    cells, fronts, words = (
+        np.empty(room, np.uint32),
+        np.empty(room, np.uint32),
+        np.empty(room, np.uint64),
+    )
+    xa, ya, da = (
+        np.zeros(TILE + 1, np.float32),
+        np.zeros(TILE + 1, np.float32),
+        np.zeros(TILE + 1, np.float32),
+    )
+    xb, yb, db = (
+        np.zeros(TILE + 1, np.float32),
+        np.zeros(TILE + 1, np.float32),
+        np.zeros(TILE + 1, np.float32),
+    )
     whole = np.zeros(TILE, np.uint32)
     left_b, right_b, top_b, bottom_b = ZERO, ZERO, ZERO, ZERO
     laid, laid_across, holed = 0, 0, False
     for n in range(tiles.shape[0]):
-        if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
-            continue
         # what float32 lands outside the tile's float64 bounds is noise: the same for every band
-        first = max((tiles[n, 6] + 1) * scale_b, row_first) if tiles[n, 6] > 0 else row_first
+        first = max((tiles[n, 6] + 1) * scale_b if tiles[n, 6] > 0 else 0, row_first)
         end = min(tiles[n, 7] * scale_b, row_end) if tiles[n, 7] < height else row_end
+        if first >= end:
+            continue
         first4, end4 = np.float32(first), np.float32(end)
         u_low, u_high = tiles[n, 0], tiles[n, 1]
         across = min(u_high, stride - 1) - u_low
         ahead = HALF  # sub-samples from here to the next row of them
         if across > 0:
-            land_corners(w, disparity[tiles[n, 3], u_low:], tiles[n, 3], u_low, across + 1, xb, yb, db)
+            land_corners(
+                w, disparity[tiles[n, 3], u_low:], tiles[n, 3], u_low, across + 1, xb, yb, db
+            )
             left_b, right_b = bounds(xb, across + 1)
             top_b, bottom_b = bounds(yb, across + 1)
         last = min(tiles[n, 4], rows - 1) - 1
@@ -180,8 +213,9 @@ def fill_offset_buffer(
             if count != laid or across != laid_across:
                 lay_columns(count, across, column_cell, at, fus, number)
                 laid, laid_across = count, across
-            spread_row(da, count, column_cell, fus, upper)
-            spread_row(db, count, column_cell, fus, lower)
+            padded = -(-count // LANES) * LANES
+            spread_row(da, padded, column_cell, fus, upper)
+            spread_row(db, padded, column_cell, fus, lower)
             if all_whole == np.uint32(0):
                 for m in range(count):
                     gone[m] = ZERO if whole[column_cell[m]] else NAN
@@ -194,9 +228,9 @@ def fill_offset_buffer(
                 base = back_word(v, u_low, nearest_step(fv), 0, layout)
                 land_row(
                     w, u_low, np.float32(v) + fv, fv, upper, lower, gone, at, layout, b4,
-                    row_first, first4, end4, columns, nowhere, count, cells, fronts,
+                    row_first, first4, end4, columns, nowhere, padded, cells, fronts,
                 )  # fmt: skip
-                complete_words(count, fronts, number, base, np.uint64(layout.low), words)
+                complete_words(padded, fronts, number, base, np.uint64(layout.low), words)
                 claim_row(count, cells, words, out_word)
                 start += ONE
         for v in range(tiles[n, 3] - (1 if tiles[n, 3] == 0 else 0), tiles[n, 4]):

@@ -15,8 +15,6 @@ U8 = npt.NDArray[np.uint64]
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 INFINITY = np.float32(np.inf)
-SPARE = np.float32(1.0)
-"""Sub-samples along a cell's side, for each that covering needs."""
 FAR = np.float32(1e9)
 """Pixels; what lands further, or has no place, is behind the eye."""
 
@@ -27,7 +25,8 @@ def land_corners(
 ) -> None:
     """Where samples of row v land, in pixels, and their disparities, 0 where missing.
 
-    They are the first ``count`` of row, which begins in column u_low. One behind the eye lands at infinity: no lattice is fine enough for its cells.
+    They are the first ``count`` of row, which begins in column u_low. One behind the eye lands at
+    infinity: no lattice is fine enough for its cells.
     """
     v4, u4 = np.float32(v), np.float32(u_low)
     r0, s0, t0 = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
@@ -84,8 +83,7 @@ def covering_need(ux: Real, uy: Real, vx: Real, vy: Real, largest: Real) -> tupl
 
     Source: spec offset-buffer-warping 3.3 (the bound for rotated lattices).
     """
-    nu = max(ux + uy, SPARE * np.sqrt(ux * ux + uy * uy), ONE)
-    nv = max(vx + vy, SPARE * np.sqrt(vx * vx + vy * vy), ONE)
+    nu, nv = max(ux + uy, ONE), max(vx + vy, ONE)
     excess = max(ux / nu + vx / nv, uy / nu + vy / nv, ONE)  # of a sheared cell
     return min(nu * excess, largest), min(nv * excess, largest)
 
@@ -132,8 +130,19 @@ def may_meet(
     left: Real, right: Real, top: Real, bottom: Real, size: Real, scale_b: Real, first: Real,
     end: Real, columns: Real,
 ) -> bool:  # fmt: skip
-    """Whether cells of up to ``size`` pixels within such bounds can meet the band's part of the
-    buffer: rows of cells from first to end, so many columns."""
+    """Whether a run can meet the rows of cells [first, end) and the columns of the buffer.
+
+    Args:
+        left: bound of where its corners land, pixels.
+        right: ...
+        top: ...
+        bottom: ...
+        size: of its largest cell, pixels.
+        scale_b: cells of the buffer per output pixel.
+        first: first row of cells.
+        end: row after the last.
+        columns: of the buffer.
+    """
     # sub-samples lie between the corners, but for float32: its noise grows with the cell
     slack = ONE + np.float32(0.01) * size
     return not (

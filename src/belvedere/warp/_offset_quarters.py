@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner
 from belvedere.warp._edges import slope_toward
-from belvedere.warp._offset_lattice import covering_need, FAR
+from belvedere.warp._offset_lattice import FAR, covering_need
 from belvedere.warp._offset_word import IN_CELL, STEPS, back_word, front_word, mark
 
 F4 = npt.NDArray[np.float32]
@@ -54,11 +54,12 @@ def quarter_need(
     if not min(ta, tb, tc, td) > ZERO:
         most = largest if max(ta, tb, tc, td) > ZERO else ZERO
         return most, most
-    xa, ya = (r0 + w[3] * d00) / ta, (s0 + w[7] * d00) / ta
-    xb, yb = (r0 + du * w[0] + w[3] * d01) / tb, (s0 + du * w[4] + w[7] * d01) / tb
-    xc, yc = (r0 + dv * w[1] + w[3] * d10) / tc, (s0 + dv * w[5] + w[7] * d10) / tc
-    xd = (r0 + du * w[0] + dv * w[1] + w[3] * d11) / td
-    yd = (s0 + du * w[4] + dv * w[5] + w[7] * d11) / td
+    ta, tb, tc, td = ONE / ta, ONE / tb, ONE / tc, ONE / td
+    xa, ya = (r0 + w[3] * d00) * ta, (s0 + w[7] * d00) * ta
+    xb, yb = (r0 + du * w[0] + w[3] * d01) * tb, (s0 + du * w[4] + w[7] * d01) * tb
+    xc, yc = (r0 + dv * w[1] + w[3] * d10) * tc, (s0 + dv * w[5] + w[7] * d10) * tc
+    xd = (r0 + du * w[0] + dv * w[1] + w[3] * d11) * td
+    yd = (s0 + du * w[4] + dv * w[5] + w[7] * d11) * td
     ux, uy = max(abs(xb - xa), abs(xd - xc)), max(abs(yb - ya), abs(yd - yc))
     vx, vy = max(abs(xc - xa), abs(xd - xb)), max(abs(yc - ya), abs(yd - yb))
     total = ux + uy + vx + vy
@@ -87,7 +88,13 @@ def fill_quarter(
     along = slope_toward(disparity, links, v, u, dv, 0)
     own = disparity[v, u]
     nu, nv = np.float32(density), np.float32(density)
-    u4, v4, right, du4, dv4 = np.float32(u), np.float32(v), np.float32(columns), np.float32(du), np.float32(dv)
+    u4, v4, right, du4, dv4 = (
+        np.float32(u),
+        np.float32(v),
+        np.float32(columns),
+        np.float32(du),
+        np.float32(dv),
+    )
     if density == 0:
         nu, nv = quarter_need(
             w, u4, v4, du4, dv4, own, own + across, own + along, own + across + along, scale_b,
@@ -96,8 +103,8 @@ def fill_quarter(
         if nu == ZERO:
             return
     places = np.float32(1 << layout.bits)
-    # a quarter holds half the lattice of a cell along each axis: the paper's as it is; where rows of
-    # other lattices may end anywhere, one that begins on the sample's own lines, to leave no gap
+    # a quarter holds half the lattice of a cell along each axis: the paper's as it is; an adaptive
+    # one begins on the sample's own lines, since the lattice beyond them may end a step away
     first_step = HALF if density > 0 else ZERO
     count_u = int(np.ceil(HALF * nu + HALF - first_step))
     count_v = int(np.ceil(HALF * nv + HALF - first_step))

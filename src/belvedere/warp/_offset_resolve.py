@@ -1,8 +1,8 @@
 """The kernel that filters the offset buffer's visible sub-samples into a picture.
 
-The filter is two output pixels wide, so all the cells of a block of b x b, whose corner is a pixel's
-centre, count in the same four pixels: a block adds the colours of its cells once, with four weights
-each, and passes them on.
+The filter is two output pixels wide, so all the cells of a block of b x b between the centres of
+four pixels count in these four: a block adds the colours of its cells once, with four weights each,
+and passes the sums on.
 
 ::
 
@@ -54,7 +54,7 @@ INFINITY = np.float32(np.inf)
 def smooth_color(
     color: F4, stride: int, spread: F4, cubics: F4, sample: int, step_v: Real, step_u: Real
 ) -> Four:
-    """Bicubic colour between sixteen samples, of which ``sample`` is the flat index of the first."""
+    """Bicubic colour between sixteen samples; ``sample`` is the flat index of the first."""
     first, second = load16(color, sample), load16(color, sample + stride)
     third, last = load16(color, sample + 2 * stride), load16(color, sample + 3 * stride)
     at = step_v << np.uint64(2)
@@ -91,7 +91,7 @@ def edge_color(color: F4, links: U1, v: int, u: int, step_v: int, step_u: int) -
 
 @inner
 def front_disparity(
-    words: U8, weights: F4, layout: Any, scale_b: int, keep: Real, y: int, x: int
+    words: U8, weights: F4, layout: Any, scale_b: int, keep: Real, y: int, x: Real
 ) -> Real:
     """Disparity of the surface with more weight in a pixel that may see two; -1 without one.
 

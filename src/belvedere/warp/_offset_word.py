@@ -67,7 +67,7 @@ def word_layout(bits: int, tolerance: float, height: int, width: int) -> Layout:
     low = (height + 1).bit_length() + across + 2 * IN_CELL
     near = min(max(2 * bits - 2, 0), MOST_NEARNESS)
     place = 2 * bits + near
-    kept = min(FRONT, 64 - low) - place
+    kept = min(min(FRONT, 64 - low) - place, 31)
     # a float32 has 8 bits of exponent; so many of its fraction tell apart what differs by more
     fraction = 23 if tolerance <= 0 else int(np.ceil(-np.log2(tolerance)))
     corner = 2 * (2**bits - 1) ** 2
@@ -79,8 +79,9 @@ def word_layout(bits: int, tolerance: float, height: int, width: int) -> Layout:
 def mark(fine_u: Real, fine_v: Real, layout: Any) -> Real:
     """A place within its cell, preceded by how near the middle it is: larger is better.
 
-    In every second cell, as on a chessboard, places are numbered from the other end. Whole numbers, which vectorise. With no bits a cell knows no places: that is the paper's warp
-    buffer without offsets.
+    In every second cell, as on a chessboard, places are numbered from the other end. Whole numbers,
+    which vectorise. With no bits a cell knows no places: that is the paper's warp buffer without
+    offsets.
 
     Args:
         fine_u: column in steps of 2^-bits of a cell; the cell itself is ``fine_u >> bits``.
@@ -150,7 +151,7 @@ def place_in(word: Real, layout: Any) -> Real:
 
 
 @inner
-def cell_in(word: Real, layout: Any) -> tuple[int, int, int, int]:
+def cell_in(word: Real, layout: Any) -> tuple[Real, Real, Real, Real]:
     """Row and column of the reference's cell and the place in it: v, u, step_v, step_u."""
     inside = np.uint64((1 << IN_CELL) - 1)
     step_u, step_v = word & inside, (word >> np.uint64(IN_CELL)) & inside

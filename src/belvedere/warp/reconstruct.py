@@ -58,7 +58,7 @@ class OffsetOptions:
 
     density: int | Literal["adaptive"] = "adaptive"
     """Sub-samples per reference pixel and axis: even, the paper's a = b c for growth up to c; or
-    "adaptive": what each cell of four samples needs, so that nothing shows through."""
+    "adaptive": what each row of cells needs from 1 up, so that nothing shows through."""
     largest: int = 32
     """Upper bound of an adaptive density: cells grow without leaks up to largest / (sqrt(2) b)."""
     buffer_scale: int = 2
@@ -72,6 +72,10 @@ class OffsetOptions:
     """Half the filter's width, output pixels, up to 1, the paper's. A narrower one blurs less: at
     0.8 predictions gain 0.15 dB on the built-in house and on photographs. From 0.5, so that every
     sub-sample in a pixel counts in it."""
+    front_filter: bool = False
+    """Leave out cells that see a surface behind what two opposite neighbours of theirs see. With a
+    fixed density that is too small it is background shining through; an adaptive one leaves none,
+    and the filter then only closes true slits half a pixel wide (0.04 dB in the built-in house)."""
 
     def __post_init__(self) -> None:
         for name, value, high in (
@@ -86,6 +90,10 @@ class OffsetOptions:
         check_integer("OffsetOptions", "offset_bits", self.offset_bits, 0, 4)
         check_number("OffsetOptions", "radius", self.radius, 0.5, 1.0)
         check_choice("OffsetOptions", "filter", self.filter, ("radial", "separable"))
+        if not isinstance(self.front_filter, bool):
+            raise InputError(
+                f"OffsetOptions.front_filter is {self.front_filter!r}, expected True or False"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +103,8 @@ class WarpOptions:
     reconstruction: Reconstruction = "inverse"
     """"point", "splat", "mesh", "offset" or "inverse"."""
     visibility: Literal["order", "zbuffer"] = "order"
-    """Within one reference: occlusion-compatible order, or comparing disparities, as "inverse"
-    always does."""
+    """Within one reference: occlusion-compatible order, or comparing disparities, as "offset" and
+    "inverse" always do."""
     composite: Literal["blend", "nearest"] = "blend"
     """Across references: merge by disparity with weights, or the nearest over the farther."""
     fill: Literal["none", "background"] = "none"
@@ -293,13 +301,14 @@ def _paint_mesh(
 def _paint_offset(
     passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
 ) -> None:
-    from belvedere.warp import _offset, _offset_resolve, _offset_word
+    from belvedere.warp import _offset, _offset_front, _offset_resolve, _offset_word
 
     options = passage.options.offset
     scale, tolerance = options.buffer_scale, passage.options.surface_tolerance
     layout = _offset_word.word_layout(options.offset_bits, tolerance, *passage.disparity.shape)
     height, width = disparity.shape
-    cells = (height * scale + scale, width * scale + scale)
+    halo = 1 if options.front_filter else 0  # rows of cells that only the filter looks at
+    cells = ((height + 1) * scale + 2 * halo, (width + 1) * scale)
     count = cells[0] * cells[1]
     words = scratch("cell word", (count + 1,), np.uint64)
     words.fill(_offset_word.EMPTY)
@@ -308,8 +317,7 @@ def _paint_offset(
         passage.disparity,
         passage.links,
         passage.tiles,
-        rows[0],
-        rows[1],
+        rows[0] * scale - halo,
         passage.height,
         0 if options.density == "adaptive" else options.density,
         options.largest,
@@ -318,8 +326,13 @@ def _paint_offset(
         cells[1],
         words,
     )
+    grid = words[:count].reshape(cells)
+    if options.front_filter:
+        _offset_front.drop_leaks(
+            grid, layout, tolerance, scratch("cell rows", (3, cells[1]), np.float32)
+        )
     _offset_resolve.resolve_offset_buffer(
-        words[:count].reshape(cells),
+        grid[halo : cells[0] - halo],
         passage.color,
         passage.links,
         block_weights(options),

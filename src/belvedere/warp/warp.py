@@ -76,7 +76,7 @@ def warp(
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
     ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a
     pixel sees, references check one another, colours are looked up backwards, and at silhouettes
-    coverage is the share of the pixel that is known. It compares disparities whatever
+    coverage is the share of the pixel that is known. It and ``offset`` compare disparities whatever
     ``visibility`` says.
 
     Seen from behind, ``mesh`` and ``inverse`` show nothing; the others show samples, which have no
@@ -86,7 +86,7 @@ def warp(
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
     `LARGEST_BAND` pixels: 52 bytes a pixel and 10 for each reference; for the others 24 for each
-    reference, and for ``offset`` 100 more (its warp buffer, four cells a pixel), so at most 32 MB a
+    reference, and for ``offset`` 33 more (its warp buffer, four cells a pixel), so at most 21 MB a
     thread with two references.
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and

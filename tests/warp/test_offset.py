@@ -10,6 +10,7 @@ import pytest
 
 from belvedere.scene import Camera, ReferenceView
 from belvedere.warp import OffsetOptions, warp, warp_matrix, warp_points
+from belvedere.warp._offset_lattice import covering_need, rows_of_run
 from belvedere.warp._offset_word import (
     EMPTY,
     back_word,
@@ -366,3 +367,31 @@ def test_float_colours_stay_above_nothing() -> None:
     frame = warp(view, camera.moved((0.013, 0.02, 0.007)), reconstruction="offset")
     assert frame.color.min() == 0.0
     assert frame.color.max() > 10.0
+
+
+def test_rows_of_sub_samples_are_never_more_than_a_step_apart() -> None:
+    rng = np.random.default_rng(14)
+    for _ in range(200):
+        ahead, before, counted, area = np.float32(0.5), 0.5, 0, 0.0
+        for run in range(32):
+            asked = np.float32(rng.uniform(1, 5))
+            need, after = rows_of_run(ahead, asked, run == 31)
+            assert need >= asked
+            rows = np.arange(float(ahead), float(need) - 1e-5)
+            counted, area = counted + len(rows), area + float(asked)
+            for row in rows:  # in steps, each run stretched to its own
+                assert before + row <= 1 + 1e-4
+                before = -row
+            before += float(need)
+            ahead = after
+        assert before <= 0.5 + 1e-4  # the next tile begins half a step on
+        assert counted <= area + 1.1  # and none is wasted
+
+
+def test_a_cell_of_like_size_needs_what_the_buffer_is_finer_and_a_turned_one_more() -> None:
+    two, zero, most = np.float32(2), np.float32(0), np.float32(32)
+    assert covering_need(two, zero, zero, two, most) == (2, 2)
+    half = np.float32(np.sqrt(2))  # turned by 45 degrees
+    assert covering_need(half, half, half, half, most) == pytest.approx((2.828427, 2.828427))
+    assert covering_need(zero, zero, zero, zero, most) == (1, 1)
+    assert covering_need(two * 50, zero, zero, two, most)[0] == 32

@@ -13,16 +13,17 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import mul32, shr32
-from belvedere.warp._edges import INTACT, usable
+from belvedere.warp._edges import INTACT
 from belvedere.warp._offset_lattice import (
     bounds,
     land_corners,
     lay_columns,
     may_meet,
     nearest_step,
+    rows_of_run,
     run_need,
 )
-from belvedere.warp._offset_quarters import fill_quarter
+from belvedere.warp._offset_quarters import fill_broken
 from belvedere.warp._offset_word import back_word, front_word, mark
 from belvedere.warp._tiles import TILE
 
@@ -40,6 +41,23 @@ MOST = np.float32(1e30)
 
 LANES = 16
 """Sub-samples that are landed at once, at most; a row is filled up with some that nobody claims."""
+
+
+@inner
+def read_whole(flags: U1, count: int, out_whole: U4) -> tuple[bool, bool]:
+    """Which cells of a row of `_edges` bits are intact, as masks; whether all are, and any."""
+    every, some = np.uint32(0xFFFFFFFF), np.uint32(0)
+    for i in range(count):
+        out_whole[i] = np.uint32(0xFFFFFFFF if flags[i] & INTACT else 0)
+        every, some = np.uint32(every & out_whole[i]), np.uint32(some | out_whole[i])
+    return every != np.uint32(0), some != np.uint32(0)
+
+
+@inner
+def leave_out_broken(count: int, whole: U4, cell: U4, out_gone: F4) -> None:
+    """NaN, to be added to a disparity, for each sub-sample of a broken cell, else 0."""
+    for m in range(count):
+        out_gone[m] = ZERO if whole[cell[m]] != np.uint32(0) else NAN
 
 
 @inner
@@ -139,27 +157,12 @@ def fill_offset_buffer(
     rows, stride = disparity.shape
     room = max(density, largest) * TILE + LANES
     column_cell, number = np.zeros(room, np.uint32), np.zeros(room, np.uint64)
-    at, fus, gone = (
-        np.zeros(room, np.float32),
-        np.zeros(room, np.float32),
-        np.zeros(room, np.float32),
-    )
-    upper, lower = np.zeros(room, np.float32), np.zeros(room, np.float32)
-    cells, fronts, words = (
-        np.empty(room, np.uint32),
-        np.empty(room, np.uint32),
-        np.empty(room, np.uint64),
-    )
-    xa, ya, da = (
-        np.zeros(TILE + 1, np.float32),
-        np.zeros(TILE + 1, np.float32),
-        np.zeros(TILE + 1, np.float32),
-    )
-    xb, yb, db = (
-        np.zeros(TILE + 1, np.float32),
-        np.zeros(TILE + 1, np.float32),
-        np.zeros(TILE + 1, np.float32),
-    )
+    cells, fronts = np.empty(room, np.uint32), np.empty(room, np.uint32)
+    words = np.empty(room, np.uint64)
+    lanes, corners = np.zeros((5, room), np.float32), np.zeros((6, TILE + 1), np.float32)
+    at, fus, gone, upper, lower = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
+    xa, ya, da = corners[0], corners[1], corners[2]
+    xb, yb, db = corners[3], corners[4], corners[5]
     whole = np.zeros(TILE, np.uint32)
     left_b, right_b, top_b, bottom_b = ZERO, ZERO, ZERO, ZERO
     laid, laid_across, holed = 0, 0, False
@@ -188,12 +191,8 @@ def fill_offset_buffer(
             land_corners(w, disparity[v + 1, u_low:], v + 1, u_low, across + 1, xb, yb, db)
             left_b, right_b = bounds(xb, across + 1)
             top_b, bottom_b = bounds(yb, across + 1)
-            all_whole, any_whole = np.uint32(0xFFFFFFFF), np.uint32(0)
-            for i in range(across):
-                whole[i] = np.uint32(0xFFFFFFFF if links[v, u_low + i] & INTACT else 0)
-                all_whole = np.uint32(all_whole & whole[i])
-                any_whole = np.uint32(any_whole | whole[i])
-            if any_whole == np.uint32(0):
+            all_whole, any_whole = read_whole(links[v, u_low:], across, whole)
+            if not any_whole:
                 ahead = HALF
                 continue
             nu, nv, size = run_need(xa, ya, xb, yb, across, whole, b4, most)
@@ -204,9 +203,7 @@ def fill_offset_buffer(
             if density > 0:
                 nu, nv = np.float32(density), np.float32(density)
             start = ahead
-            if v == last:  # end half a step before the next tile, which begins half a step after
-                nv = start + np.ceil(nv - start + HALF) - HALF
-            ahead = start + max(np.ceil(nv - start), ZERO) - nv
+            nv, ahead = rows_of_run(start, nv, v == last)
             if not meets or start >= nv:
                 continue
             count = int(np.ceil(nu * np.float32(across)))
@@ -216,9 +213,8 @@ def fill_offset_buffer(
             padded = -(-count // LANES) * LANES
             spread_row(da, padded, column_cell, fus, upper)
             spread_row(db, padded, column_cell, fus, lower)
-            if all_whole == np.uint32(0):
-                for m in range(count):
-                    gone[m] = ZERO if whole[column_cell[m]] else NAN
+            if not all_whole:
+                leave_out_broken(count, whole, column_cell, gone)
                 holed = True
             elif holed:
                 gone[:] = ZERO
@@ -233,14 +229,7 @@ def fill_offset_buffer(
                 complete_words(padded, fronts, number, base, np.uint64(layout.low), words)
                 claim_row(count, cells, words, out_word)
                 start += ONE
-        for v in range(tiles[n, 3] - (1 if tiles[n, 3] == 0 else 0), tiles[n, 4]):
-            for u in range(u_low - (1 if u_low == 0 else 0), u_high):
-                if v >= 0 and u >= 0 and links[v, u] & INTACT:
-                    continue
-                for corner in range(4):
-                    dv, du = corner >> 1, corner & 1
-                    if usable(disparity, links, v + dv, u + du):
-                        fill_quarter(
-                            w, disparity, links, v + dv, u + du, 1 - 2 * dv, 1 - 2 * du, density,
-                            most, b4, layout, row_first, first4, end4, columns, out_word,
-                        )  # fmt: skip
+        fill_broken(
+            w, disparity, links, tiles[n, 3], tiles[n, 4], u_low, u_high, density, most, b4,
+            layout, row_first, first4, end4, columns, out_word,
+        )  # fmt: skip

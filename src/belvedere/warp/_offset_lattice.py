@@ -152,6 +152,24 @@ def may_meet(
 
 
 @inner
+def rows_of_run(start: Real, need: Real, at_end: bool) -> tuple[Real, Real]:
+    """How the rows of sub-samples go on from run to run, down a tile.
+
+    Args:
+        start: from the run's upper end to its first row, in steps between rows.
+        need: steps across the run.
+        at_end: whether a tile ends with it: then its last row lies half a step before the end at
+            most, since the next tile begins half a step after.
+
+    Returns:
+        Steps across the run, maybe more; and from its end to the next run's first row, in steps.
+    """
+    if at_end:
+        need = start + np.ceil(need - start + HALF) - HALF
+    return need, start + max(np.ceil(need - start), ZERO) - need
+
+
+@inner
 def lay_columns(
     count: int, cells: int, out_cell: U4, out_at: F4, out_fu: F4, out_number: U8
 ) -> None:

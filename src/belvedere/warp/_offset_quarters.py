@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner
-from belvedere.warp._edges import slope_toward
+from belvedere.warp._edges import INTACT, slope_toward, usable
 from belvedere.warp._offset_lattice import FAR, covering_need
 from belvedere.warp._offset_word import IN_CELL, STEPS, back_word, front_word, mark
 
@@ -134,3 +134,23 @@ def fill_quarter(
             back = back_word(v if dv > 0 else v - 1, u if du > 0 else u - 1, step_v, step_u, layout)
             cell = (row - row_first) * columns + column
             out_word[cell] = max(out_word[cell], (np.uint64(front) << np.uint64(layout.low)) | back)
+
+
+@inner
+def fill_broken(
+    w: F4, disparity: F4, links: U1, v_low: int, v_high: int, u_low: int, u_high: int,
+    density: int, largest: Real, scale_b: Real, layout: Any, row_first: int, first: Real,
+    end: Real, columns: int, out_word: U8,
+) -> None:  # fmt: skip
+    """Sub-samples of the broken cells of a tile, those beyond the picture's border included."""
+    for v in range(v_low - 1 if v_low == 0 else v_low, v_high):
+        for u in range(u_low - 1 if u_low == 0 else u_low, u_high):
+            if v >= 0 and u >= 0 and links[v, u] & INTACT:
+                continue
+            for corner in range(4):
+                dv, du = corner >> 1, corner & 1
+                if usable(disparity, links, v + dv, u + du):
+                    fill_quarter(
+                        w, disparity, links, v + dv, u + du, 1 - 2 * dv, 1 - 2 * du, density,
+                        largest, scale_b, layout, row_first, first, end, columns, out_word,
+                    )  # fmt: skip

@@ -299,7 +299,7 @@ def test_the_front_filter_takes_out_what_shines_through_a_torn_surface() -> None
 
 
 @pytest.mark.parametrize("front_filter", [False, True])
-@pytest.mark.parametrize("density", ["adaptive", 4])
+@pytest.mark.parametrize("density", ["adaptive", 2])
 def test_no_row_shows_where_bands_meet(
     density: Any, front_filter: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -307,7 +307,7 @@ def test_no_row_shows_where_bands_meet(
     disparity, _ = boards(rng, 60, 80)
     camera = straight_camera(80, 60)
     view = ReferenceView(camera, noise(rng, 60, 80), disparity)
-    desired = Camera(random_rotation(rng, 0.3) @ camera.matrix, np.array([0.2, 0.4, -0.1]), 80, 60)
+    desired = Camera(random_rotation(rng, 0.3) @ camera.matrix, np.array([0.3, 0.7, -0.2]), 80, 60)
     options = OffsetOptions(density=density, front_filter=front_filter)
     whole = warp(view, desired, reconstruction="offset", offset=options, threads=1)
     for count in (2, 7, 60):

@@ -247,7 +247,9 @@ def test_two_thousand_strange_cameras_break_nothing(reconstruction: Any) -> None
             reconstruction=reconstruction,
             visibility=VISIBILITIES[n // 7 % 2],
             composite=("blend", "nearest")[n // 5 % 2],
-            offset=OffsetOptions(density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2]),
+            offset=OffsetOptions(
+                density=("adaptive", 4)[n % 2], radius=(0.5, 1)[n % 2], front_filter=n % 3 == 0
+            ),
             splat=SplatOptions(size=("jacobian", 5)[n % 2]),
         )
         assert_frame_is_sound(frame)
@@ -270,7 +272,9 @@ for n in range(60):
         [view, view] if n % 2 else view, strange_camera(rng, n, view), threads=1,
         reconstruction=reconstruction, visibility=("order", "zbuffer")[n % 2],
         composite=("blend", "nearest")[n // 2 % 2],
-        offset=OffsetOptions(density=("adaptive", 4)[n % 2], largest=8),
+        offset=OffsetOptions(
+            density=("adaptive", 4)[n % 2], largest=8, front_filter=n % 3 == 0
+        ),
         splat=SplatOptions(size=("jacobian", 5)[n // 2 % 2]),
     ))
 print("sound")

@@ -79,7 +79,7 @@ def land_row(
     Disparity is linear between upper and lower, those of the sub-samples' columns above and below.
     Straight-line arithmetic on 32 bits on purpose: it vectorises.
     """
-    low, wide, none = np.uint32(row_first), np.uint32(columns), np.uint32(nowhere)
+    low, wide, none = np.int32(row_first), np.uint32(columns), np.uint32(nowhere)
     places, bits = np.float32(1 << layout.bits), np.uint32(layout.bits)
     fine = scale_b * places
     right, top, bottom, u_first = (
@@ -100,7 +100,7 @@ def land_row(
         fine_u = np.uint32(np.int32(x if inside else ZERO))
         fine_v = np.uint32(np.int32(y if inside else top))
         row, column = shr32(fine_v, bits), shr32(fine_u, bits)
-        cell = np.uint32(mul32(np.uint32(row - low), wide) + column)
+        cell = np.uint32(mul32(np.uint32(np.int32(row) - low), wide) + column)
         warped = delta * scale
         warped = warped if warped < MOST else MOST
         out_front[m] = front_word(warped, mark(fine_u, fine_v, layout), layout)

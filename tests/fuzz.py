@@ -175,6 +175,7 @@ def strange_choices(rng: np.random.Generator) -> dict[str, Any]:
             offset_bits=int(pick(5)),
             filter=("radial", "separable")[pick(2)],
             radius=rng.uniform(0.5, 1),
+            front_filter=bool(pick(2)),
         ),
     }
 

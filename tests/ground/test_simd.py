@@ -33,11 +33,10 @@ def weighted_block(
     rows = simd.add_scaled16(rows, simd.load16(values, 5), np.float32(3.0))
     simd.store4(
         out, 0,
-        simd.fold16(rows, np.float32(1.0), np.float32(2.0), np.float32(4.0), np.float32(8.0)),
+        simd.weigh16(rows, np.float32(1.0), np.float32(2.0), np.float32(4.0), np.float32(8.0)),
     )  # fmt: skip
     near = simd.add_weighted16(simd.zero16(), simd.load16(values, 5), kept)
-    one = np.float32(1.0)
-    simd.store4(out, 1, simd.fold16(near, one, one, one, one))
+    simd.store4(out, 1, simd.fold16(near))
     simd.store4(out_kept, 0, kept)
     return simd.sum4(kept)
 
@@ -47,6 +46,44 @@ def there_and_back(values: np.ndarray, out_bits: np.ndarray, out: np.ndarray) ->
     for n in range(values.size):
         out_bits[n] = simd.bits_of(values[n])
         out[n] = simd.float_of(out_bits[n])
+
+
+@kernel
+def sixteen_steps(values: np.ndarray, out: np.ndarray) -> None:
+    """Rows of out: of a sum, of a product, of a multiple, of an outer product, maximum."""
+    a, b = simd.load16(values, 0), simd.load16(values, 1)
+    simd.store4(out, 0, simd.part16(simd.add16(simd.zero16(), simd.add16(a, b)), 2))
+    simd.store4(out, 1, simd.fold16(simd.mul16(a, b)))
+    simd.store4(out, 2, simd.part16(simd.scale16(a, values[0, 1]), 1))
+    outer = simd.outer16(simd.load4(values, 2), simd.load4(values, 3))
+    simd.store4(out, 3, simd.part16(outer, 3))
+    simd.store4(out, 4, simd.max4(simd.load4(values, 0), simd.load4(values, 1)))
+
+
+@kernel
+def shifts(value: int, count: int, out: np.ndarray) -> None:
+    a, n = np.uint32(value), np.uint32(count)
+    out[0], out[1], out[2] = simd.shl32(a, n), simd.shr32(a, n), simd.mul32(a, a)
+
+
+@pytest.mark.parametrize("form", [sixteen_steps, getattr(sixteen_steps, "py_func", sixteen_steps)])
+def test_sixteen_floats_are_four_fours(form: object) -> None:
+    values = np.random.default_rng(1).normal(size=(5, 4)).astype(np.float32)
+    out = np.zeros((5, 4), np.float32)
+    form(values, out)  # type: ignore[operator]
+    a, b = values[:4], values[1:]
+    np.testing.assert_array_equal(out[0], (a + b)[2])
+    np.testing.assert_allclose(out[1], (a * b).sum(axis=0), rtol=1e-5)
+    np.testing.assert_array_equal(out[2], a[1] * values[0, 1])
+    np.testing.assert_array_equal(out[3], values[2, 3] * values[3])
+    np.testing.assert_array_equal(out[4], np.maximum(values[0], values[1]))
+
+
+@pytest.mark.parametrize("form", [shifts, getattr(shifts, "py_func", shifts)])
+def test_whole_numbers_of_32_bits_lose_what_leaves_them(form: object) -> None:
+    out = np.zeros(3, np.uint32)
+    form(0x80000003, 5, out)  # type: ignore[operator]
+    assert out.tolist() == [0x60, 0x04000000, 9]
 
 
 @pytest.mark.parametrize("form", [weighted_sum, getattr(weighted_sum, "py_func", weighted_sum)])

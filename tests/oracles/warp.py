@@ -173,7 +173,9 @@ def offset_warp(
 ) -> tuple[F8, F8, npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
     """The offset buffer's picture of one unbroken plane (pseudo-code of spec offset 3).
 
-    A cell keeps the sub-sample nearest its middle (ours: the paper keeps the first or last).
+    A cell keeps the nearest surface, told apart by the first seven bits of its disparity. Of that,
+    it keeps the sub-sample nearest its middle; of those as near, by steps, the one whose place is
+    last in it, and in every second cell the first (ours: the paper keeps the nearest).
 
     Args:
         matrix: (3, 4) warp matrix.
@@ -188,12 +190,13 @@ def offset_warp(
 
     Returns:
         (rows, columns, C) colour, (rows, columns) disparity with NaN in holes, coverage, and where
-        it is sure: no sub-sample that matters was as near the middle of its cell as another.
+        it is sure: no sub-sample that matters had the place of another in its cell.
     """
     height, width = disparity.shape
-    cells: dict[tuple[int, int], tuple[float, float, float, F8, int]] = {}
+    cells: dict[tuple[int, int], tuple[float, float, float, F8, tuple[int, ...]]] = {}
     tied: set[tuple[int, int]] = set()
     places = 1 << bits
+    corner, levels = 2 * (places - 1) ** 2, 2 ** min(max(2 * bits - 2, 0), 3) - 1
     for j in range(height * density):
         for i in range(width * density):
             u, v = (i + 0.5) / density - 0.5, (j + 0.5) / density - 0.5
@@ -204,15 +207,19 @@ def offset_warp(
             x, y = scale * (r / t + 0.5), scale * (s / t + 0.5)
             cell = (math.floor(y), math.floor(x))
             qu, qv = (math.floor((x - cell[1]) * places), math.floor((y - cell[0]) * places))
-            middle = (2 * qu - places + 1) ** 2 + (2 * qv - places + 1) ** 2
-            if cell in cells and cells[cell][4] <= middle:
-                if cells[cell][4] == middle:
+            away = (2 * qu - places + 1) ** 2 + (2 * qv - places + 1) ** 2
+            near = (corner - away) * levels // max(corner - 2, 1)
+            sign = -1 if (cell[0] + cell[1]) % 2 else 1
+            fraction, exponent = math.frexp(delta / t)
+            rank = (exponent, math.floor(fraction * 128), near, sign * qv, sign * qu)
+            if cell in cells and cells[cell][4] >= rank:
+                if cells[cell][4] == rank:
                     tied.add(cell)
                 continue
             tied.discard(cell)
             place_x = (cell[1] + (qu + 0.5) / places) / scale - 0.5
             place_y = (cell[0] + (qv + 0.5) / places) / scale - 0.5
-            cells[cell] = (delta / t, place_x, place_y, _interpolated(color, u, v), middle)
+            cells[cell] = (delta / t, place_x, place_y, _interpolated(color, u, v), rank)
     out = np.zeros((*size, color.shape[2]))
     depth, coverage = np.full(size, np.nan), np.zeros(size, np.float32)
     sure = np.ones(size, bool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any, Literal
 
 import numpy as np
@@ -9,10 +10,22 @@ import pytest
 
 from belvedere.scene import Camera, ReferenceView
 from belvedere.warp import OffsetOptions, warp, warp_matrix, warp_points
+from belvedere.warp._offset_lattice import covering_need, rows_of_run
+from belvedere.warp._offset_word import (
+    EMPTY,
+    back_word,
+    cell_in,
+    disparity_in,
+    front_word,
+    mark,
+    place_in,
+    word_layout,
+)
 from belvedere.warp.reconstruct import filter_weights
 from tests.oracles.warp import centroid, filter_weight, offset_warp
 from tests.warp.worlds import (
     VISIBILITIES,
+    boards,
     noise,
     plane_disparity,
     random_camera,
@@ -168,14 +181,15 @@ def test_the_papers_density_of_four_suffices_up_to_a_growth_of_two(growth: float
 def dot_shift(shift: float, bits: int) -> float:
     """Columns that a soft dot moves by when the camera moves so that it should by ``shift``."""
     camera = straight_camera(25, 25, focal=25)
-    color = np.zeros((25, 25, 3), np.float32)
-    color[12, 12] = 1.0
+    color = np.full((25, 25, 3), 0.5, np.float32)  # nothing is cut off at 0
+    color[12, 12] = 1.5
     view = ReferenceView(camera, color, np.full((25, 25), 0.5, np.float32))
     moved = camera.moved((-shift / 25 / 0.5, 0, 0))
     frame = warp(
         view, moved, reconstruction="offset", offset=OffsetOptions(density=4, offset_bits=bits)
     )
-    return centroid(frame.color[..., 0].astype(float))[0] - 12.0
+    light = np.where(frame.coverage > 0, frame.color[..., 0].astype(float) - 0.5, 0.0)
+    return centroid(light)[0] - 12.0
 
 
 def test_a_dot_follows_the_camera_by_a_sixteenth_of_a_pixel_and_in_steps_without_offsets() -> None:
@@ -256,3 +270,128 @@ def test_no_wall_shows_through_a_board_and_no_board_is_printed_on_the_wall(visib
         assert np.all(frame.color[far] == [0, 0, 250])
         assert inside.sum() > 200
         assert far.sum() > 200
+
+
+def test_the_front_filter_takes_out_what_shines_through_a_torn_surface() -> None:
+    """A lattice of two sub-samples a pixel tears a board that grows by a third."""
+    camera = straight_camera(64, 48)
+    disparity = np.full((48, 64), 0.1, np.float32)
+    disparity[14:34, 20:44] = 0.5
+    color = np.where(disparity[..., None] > 0.4, [250, 0, 0], [0, 0, 250]).astype(np.uint8)
+    desired = camera.moved((0.3, 0.5, 0.02))
+    torn, mended = (
+        warp(
+            ReferenceView(camera, color, disparity),
+            desired,
+            reconstruction="offset",
+            offset=OffsetOptions(density=2, front_filter=front_filter),
+        )
+        for front_filter in (False, True)
+    )
+    corners = camera.unproject(np.array([19.5, 43.5]), np.array([13.5, 33.5]), 0.5)
+    (left, right), (top, bottom), _ = desired.project(corners)
+    u, v = np.broadcast_arrays(*desired.pixel_grid())
+    inside = (u > left + 1.5) & (u < right - 1.5) & (v > top + 1.5) & (v < bottom - 1.5)
+    far = (u > right + 2) | (v > bottom + 2)
+    assert np.any(torn.color[inside] != [250, 0, 0])
+    assert np.all(mended.color[inside] == [250, 0, 0])
+    np.testing.assert_array_equal(torn.color[far], mended.color[far])
+
+
+@pytest.mark.parametrize("front_filter", [False, True])
+@pytest.mark.parametrize("density", ["adaptive", 2])
+def test_no_row_shows_where_bands_meet(
+    density: Any, front_filter: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(12)
+    disparity, _ = boards(rng, 60, 80)
+    camera = straight_camera(80, 60)
+    view = ReferenceView(camera, noise(rng, 60, 80), disparity)
+    desired = Camera(random_rotation(rng, 0.3) @ camera.matrix, np.array([0.3, 0.7, -0.2]), 80, 60)
+    options = OffsetOptions(density=density, front_filter=front_filter)
+    whole = warp(view, desired, reconstruction="offset", offset=options, threads=1)
+    for count in (2, 7, 60):
+        monkeypatch.setattr(
+            sys.modules["belvedere.warp.warp"], "band_count", lambda *_, count=count: count
+        )
+        cut = warp(view, desired, reconstruction="offset", offset=options, threads=1)
+        assert cut.color.tobytes() == whole.color.tobytes()
+        assert cut.disparity.tobytes() == whole.disparity.tobytes()
+        assert cut.coverage.tobytes() == whole.coverage.tobytes()
+
+
+def test_words_keep_what_is_put_in() -> None:
+    rng = np.random.default_rng(13)
+    for bits, height, width, tolerance in (
+        (2, 512, 512, 0.03), (0, 7, 9000, 0.5), (4, 4096, 4096, 0.03), (3, 100, 60, 0.0)
+    ):  # fmt: skip
+        layout = word_layout(bits, tolerance, height, width)
+        for _ in range(50):
+            delta = np.float32(rng.choice([0.0, rng.uniform(0, 2), 1e30 * rng.uniform()]))
+            fine_u, fine_v = (np.uint32(n) for n in rng.integers(0, 1 << 16, 2))
+            v, u = (int(rng.integers(-1, side)) for side in (height, width))
+            step_v, step_u = (int(n) for n in rng.integers(0, 64, 2))
+            front = front_word(delta, mark(fine_u, fine_v, layout), layout)
+            word = np.uint64(
+                int(front) << layout.low | int(back_word(v, u, step_v, step_u, layout))
+            )
+            assert word > EMPTY
+            assert [int(n) for n in cell_in(word, layout)] == [v, u, step_v, step_u]
+            precision = 2.0 ** -(layout.kept - 8)
+            assert disparity_in(word, layout) == pytest.approx(delta, rel=precision, abs=0)
+            place = (int(fine_v) % 2**bits << bits) | int(fine_u) % 2**bits
+            odd = ((int(fine_u) >> bits) + (int(fine_v) >> bits)) % 2
+            assert place_in(word, layout) == (4**bits - 1 - place if odd else place)
+
+
+def test_a_cell_prefers_the_nearer_surface_then_the_place_nearer_its_middle() -> None:
+    layout = word_layout(2, 0.03, 64, 64)
+
+    def front(delta: float, qu: int, qv: int) -> int:
+        return int(
+            front_word(np.float32(delta), mark(np.uint32(qu), np.uint32(qv), layout), layout)
+        )
+
+    assert front(0.52, 0, 0) > front(0.5, 1, 1)  # over three per cent nearer
+    assert front(0.5001, 0, 0) < front(0.5, 1, 1)  # one surface
+    for near, far in (((1, 2), (1, 3)), ((2, 2), (0, 1)), ((0, 2), (3, 0))):
+        assert front(0.5, *near) > front(0.5, *far)
+
+
+def test_float_colours_stay_above_nothing() -> None:
+    """Cubics undershoot beside bright specks; light is never negative."""
+    camera = straight_camera(25, 25, focal=25)
+    color = np.zeros((25, 25, 3), np.float32)
+    color[5::6, 5::6] = 40.0
+    view = ReferenceView(camera, color, np.full((25, 25), 0.5, np.float32))
+    frame = warp(view, camera.moved((0.013, 0.02, 0.007)), reconstruction="offset")
+    assert frame.color.min() == 0.0
+    assert frame.color.max() > 10.0
+
+
+def test_rows_of_sub_samples_are_never_more_than_a_step_apart() -> None:
+    rng = np.random.default_rng(14)
+    for _ in range(200):
+        ahead, before, counted, area = np.float32(0.5), 0.5, 0, 0.0
+        for run in range(32):
+            asked = np.float32(rng.uniform(1, 5))
+            need, after = rows_of_run(ahead, asked, run == 31)
+            assert need >= asked
+            rows = np.arange(float(ahead), float(need) - 1e-5)
+            counted, area = counted + len(rows), area + float(asked)
+            for row in rows:  # in steps, each run stretched to its own
+                assert before + row <= 1 + 1e-4
+                before = -row
+            before += float(need)
+            ahead = after
+        assert before <= 0.5 + 1e-4  # the next tile begins half a step on
+        assert counted <= area + 1.1  # and none is wasted
+
+
+def test_a_cell_of_like_size_needs_what_the_buffer_is_finer_and_a_turned_one_more() -> None:
+    two, zero, most = np.float32(2), np.float32(0), np.float32(32)
+    assert covering_need(two, zero, zero, two, most) == (2, 2)
+    half = np.float32(np.sqrt(2))  # turned by 45 degrees
+    assert covering_need(half, half, half, half, most) == pytest.approx((2.828427, 2.828427))
+    assert covering_need(zero, zero, zero, zero, most) == (1, 1)
+    assert covering_need(two * 50, zero, zero, two, most)[0] == 32

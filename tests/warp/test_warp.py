@@ -221,6 +221,7 @@ def test_a_bad_call_is_refused_before_the_work(
         (lambda: OffsetOptions(offset_bits=5), "offset_bits is 5, expected a whole number from 0"),
         (lambda: OffsetOptions(radius=0.4), "radius is 0.4, expected a finite number from 0.5 up"),
         (lambda: OffsetOptions(largest=1), "largest is 1, expected a whole number from 2 to 128"),
+        (lambda: OffsetOptions(front_filter=1), "front_filter is 1, expected True or False"),  # type: ignore[arg-type]
         (lambda: OffsetOptions(filter="box"), "filter is 'box', expected one of 'radial', 'sepa"),  # type: ignore[arg-type]
         (lambda: prepare(None), "prepare.view is a NoneType, expected a ReferenceView"),  # type: ignore[arg-type]
         (lambda: prepare(VIEW, edge_tolerance=2), "prepare.edge_tolerance is 2, expected a fin"),

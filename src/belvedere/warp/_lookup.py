@@ -26,6 +26,7 @@ from belvedere.ground.simd import (
     scale16,
     store4,
     sum4,
+    weigh16,
     zero4,
     zero16,
 )
@@ -116,7 +117,7 @@ def bicubic(color: F4, corner: int, stride: int, taps: F4, i: int) -> Four:
     rows = add_scaled16(rows, load16(color, first + stride), taps[8, i])
     rows = add_scaled16(rows, load16(color, first + 2 * stride), taps[9, i])
     rows = add_scaled16(rows, load16(color, first + 3 * stride), taps[10, i])
-    return fold16(rows, taps[3, i], taps[4, i], taps[5, i], taps[6, i])
+    return weigh16(rows, taps[3, i], taps[4, i], taps[5, i], taps[6, i])
 
 
 @inner
@@ -157,8 +158,7 @@ def careful(
             taps = add_weighted16(taps, load16(color, first + stride), row1)
             taps = add_weighted16(taps, load16(color, first + 2 * stride), row2)
             taps = add_weighted16(taps, load16(color, first + 3 * stride), row3)
-            each = ONE / sum_weight
-            return fold16(taps, each, each, each, each), ONE
+            return scale4(fold16(taps), ONE / sum_weight), ONE
     i, j = int(np.floor(u)), int(np.floor(v))
     fu, fv = u - np.float32(i), v - np.float32(j)
     weights[0, 0], weights[0, 1], weights[0, 2], weights[0, 3] = cubic_weights(fu)

@@ -85,7 +85,7 @@ class OffsetOptions:
 
     density: int | Literal["adaptive"] = "adaptive"
     """Sub-samples per reference pixel and axis: even, the paper's a = b c for growth up to c; or
-    "adaptive": what each cell of four samples needs, so that nothing shows through."""
+    "adaptive": what each row of cells needs from 1 up, so that nothing shows through."""
     largest: int = 32
     """Upper bound of an adaptive density: cells grow without leaks up to largest / (sqrt(2) b)."""
     buffer_scale: int = 2
@@ -99,6 +99,10 @@ class OffsetOptions:
     """Half the filter's width, output pixels, up to 1, the paper's. A narrower one blurs less: at
     0.8 predictions gain 0.15 dB on the built-in house and on photographs. From 0.5, so that every
     sub-sample in a pixel counts in it."""
+    front_filter: bool = False
+    """Leave out cells that see a surface behind what two opposite neighbours of theirs see. With a
+    fixed density that is too small it is background shining through; an adaptive one leaves none,
+    and the filter then only closes true slits half a pixel wide (0.04 dB in the built-in house)."""
 
     def __post_init__(self) -> None:
         for name, value, high in (
@@ -113,6 +117,10 @@ class OffsetOptions:
         check_integer("OffsetOptions", "offset_bits", self.offset_bits, 0, 4)
         check_number("OffsetOptions", "radius", self.radius, 0.5, 1.0)
         check_choice("OffsetOptions", "filter", self.filter, ("radial", "separable"))
+        if not isinstance(self.front_filter, bool):
+            raise InputError(
+                f"OffsetOptions.front_filter is {self.front_filter!r}, expected True or False"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +130,8 @@ class WarpOptions:
     reconstruction: Reconstruction = "inverse"
     """"point", "splat", "gaussian", "mesh", "offset" or "inverse"."""
     visibility: Literal["order", "zbuffer"] = "order"
-    """Within one reference: occlusion-compatible order, or comparing disparities, as "gaussian"
-    and "inverse" always do."""
+    """Within one reference: occlusion-compatible order, or comparing disparities, as
+    "gaussian", "offset" and "inverse" always do."""
     composite: Literal["blend", "nearest", "fuzzy"] = "blend"
     """Across references: merge by disparity with weights; the nearest over the farther; or one
     for each pixel, the nearest unless another's surface lies clearly in front of its own, by
@@ -297,46 +305,94 @@ def _paint_mesh(
 def _paint_offset(
     passage: Passage, rows: tuple[int, int], color: npt.NDArray[Any], disparity: F4, coverage: F4
 ) -> None:
-    from belvedere.warp import _offset, _offset_resolve
+    from belvedere.warp import _offset, _offset_front, _offset_resolve, _offset_word
 
     options = passage.options.offset
-    scale, bits = options.buffer_scale, options.offset_bits
+    scale, tolerance = options.buffer_scale, passage.options.surface_tolerance
+    layout = _offset_word.word_layout(options.offset_bits, tolerance, *passage.disparity.shape)
     height, width = disparity.shape
-    cells = (height * scale + scale, width * scale + scale)
+    halo = 1 if options.front_filter else 0  # rows of cells that only the filter looks at
+    cells = ((height + 1) * scale + 2 * halo, (width + 1) * scale)
     count = cells[0] * cells[1]
-    cell_color = scratch("cell color", (count + 1, 4), np.float32)
-    cell_word = scratch("cell word", (count + 1,), np.uint64)
-    cell_word.fill(_offset.EMPTY)
+    words = scratch("cell word", (count + 1,), np.uint64)
+    words.fill(_offset_word.EMPTY)
     _offset.fill_offset_buffer(
         passage.w,
-        passage.color,
         passage.disparity,
         passage.links,
         passage.tiles,
-        rows[0],
-        rows[1],
+        rows[0] * scale - halo,
         passage.height,
         0 if options.density == "adaptive" else options.density,
         options.largest,
         scale,
-        bits,
-        passage.options.visibility == "order",
-        passage.options.surface_tolerance,
+        layout,
         cells[1],
-        cell_color,
-        cell_word,
+        words,
     )
+    grid = words[:count].reshape(cells)
+    if options.front_filter:
+        _offset_front.drop_leaks(
+            grid, layout, tolerance, scratch("cell rows", (3, cells[1]), np.float32)
+        )
     _offset_resolve.resolve_offset_buffer(
-        cell_color[:count].reshape(*cells, 4),
-        cell_word[:count].reshape(cells),
-        filter_weights(options),
+        grid[halo : cells[0] - halo],
+        passage.color,
+        passage.links,
+        block_weights(options),
+        *cubic_weights(_offset_word.IN_CELL),
+        layout,
         scale,
-        bits,
-        passage.options.surface_tolerance,
+        tolerance,
+        scratch("above color", (width, 4), np.float32),
+        scratch("above", (width, 4), np.float32),
         color,
         disparity,
         coverage,
     )
+
+
+@lru_cache(maxsize=16)
+def block_weights(options: OffsetOptions) -> F4:
+    """(b b 2^2o, 4) `filter_weights` of each place of each cell of a block in its four pixels.
+
+    Places as cells number them: see `_offset_word.mark`.
+    """
+    scale, places = options.buffer_scale, 1 << options.offset_bits
+    table = filter_weights(options).reshape(2, scale, places, 2, scale, places)
+    # the pixel above a block has it in the lower half of its filter, the pixel left in the right
+    corners = table[::-1, :, :, ::-1].transpose(1, 4, 2, 5, 0, 3)
+    weights = np.ascontiguousarray(corners).reshape(scale, scale, places * places, 4)
+    odd = np.indices((scale, scale)).sum(axis=0) % 2 == 1
+    weights[odd] = weights[odd][:, ::-1]  # there places are numbered from the other end
+    weights = weights.reshape(-1, 4)
+    weights.setflags(write=False)
+    return weights
+
+
+@lru_cache(maxsize=2)
+def cubic_weights(bits: int) -> tuple[F4, F4]:
+    """Weights of the samples at -1, 0, 1, 2 at each of 2^bits places between 0 and 1.
+
+    Catmull and Rom's cubic: it passes through the samples and keeps quadratics.
+
+    Returns:
+        (2^bits, 16) each weight four times, and (2^bits, 4) each once.
+    """
+    f = np.arange(1 << bits) / (1 << bits)
+    table = np.stack(
+        [
+            0.5 * f * (f * (2 - f) - 1),
+            0.5 * (f * f * (3 * f - 5) + 2),
+            0.5 * f * (f * (4 - 3 * f) + 1),
+            0.5 * f * f * (f - 1),
+        ],
+        axis=1,
+    ).astype(np.float32)
+    spread = np.repeat(table, 4, axis=1)
+    table.setflags(write=False)
+    spread.setflags(write=False)
+    return spread, table
 
 
 @lru_cache(maxsize=16)

@@ -87,8 +87,8 @@ def warp(
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
     ``inverse``, the default, gives the best picture: surfaces instead of samples decide what a
     pixel sees, references check one another, colours are looked up backwards, and at silhouettes
-    coverage is the share of the pixel that is known. It and ``gaussian`` compare disparities
-    whatever ``visibility`` says.
+    coverage is the share of the pixel that is known. It, ``offset`` and ``gaussian`` compare
+    disparities whatever ``visibility`` says.
 
     Seen from behind, ``gaussian``, ``mesh`` and ``inverse`` show nothing; the others show samples,
     which have no back. All but ``point`` and ``splat`` bridge gaps of up to `BRIDGE` missing
@@ -97,8 +97,8 @@ def warp(
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
     `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
-    24 for each reference, for ``gaussian`` 12 more, for ``offset`` 100 more (its warp buffer, four
-    cells a pixel), so at most 32 MB a thread with two references. For ``point``, in bands of at
+    24 for each reference, for ``gaussian`` 12 more, for ``offset`` 33 more (its warp buffer, four
+    cells a pixel), so at most 21 MB a thread with two references. For ``point``, in bands of at
     most `LARGEST_SCATTERED` pixels, 8 bytes for each reference, for ``splat`` 12 more, and with
     several references of ``float32`` colour 4 more for each: with the frame (11 bytes a pixel of
     ``uint8`` RGB) below 64 bytes a pixel up to four references.

@@ -102,7 +102,7 @@ def misses_rows(ya: F4, yb: F4, count: int, first: int, end: int) -> bool:
         low = min(low, upper, lower)
         high = max(high, upper, lower)
         strange |= np.int32(not good)
-    return strange == 0 and (high + 2 < first or low - 2 > end)
+    return bool(strange == 0) and bool(high + 2 < first or low - 2 > end)
 
 
 @inner

@@ -6,12 +6,16 @@ colour is read there, with taps that stay on that surface, instead of being push
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+from numba.extending import overload
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import Four, add4, load4, scale4, store4, zero4
 from belvedere.warp._edges import INTACT, SMOOTH
+from belvedere.warp._landing import Geometry, bend_back, is_flat, land
 from belvedere.warp._surface import UNSURE, is_unsure, marked
 
 F4 = npt.NDArray[np.float32]
@@ -39,16 +43,11 @@ FEW = np.float32(0.5)
 
 @inner
 def looks_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
+    back: Geometry, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
 ) -> bool:
     """Whether a reference sees something farther, on an unbroken surface, through a place."""
     height, stride = disparity.shape
-    t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
-    if not t > ZERO:
-        return False
-    scale = ONE / t
-    u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-    v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+    u, v, scale = land(back, x4, y4, delta)
     if not (u >= ZERO and v >= ZERO and u < np.float32(stride - 1) and v < np.float32(height - 1)):
         return False
     j, i = int(v), int(u)
@@ -62,7 +61,7 @@ def looks_through(
 
 @inner
 def looks_all_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
+    back: Geometry, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
 ) -> bool:
     """As `looks_through`, in all of a pixel: an edge may cover a part that its centre is not in."""
     for n in range(4):
@@ -74,7 +73,7 @@ def looks_all_through(
 
 @kernel
 def reject_seen_through(
-    back: F4, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
+    back: Geometry, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
     edges: F4,
 ) -> None:  # fmt: skip
     """Take back what was drawn where this reference looks through that place.
@@ -314,7 +313,7 @@ def mix_row(color: F4, first: int, a: Real, b: Real, c: Real, d: Real) -> Four:
 
 @inner
 def land_back(
-    back: F4, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4, out_corner: I4,
+    back: Geometry, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4, out_corner: I4,
     stride: int, height: int,
 ) -> None:  # fmt: skip
     """Where ``count`` pixels of a row show in a reference, and the bicubic weights there.
@@ -355,6 +354,31 @@ def land_back(
         taps[8, i] = HALF * (fv * fv * (THREE * fv - FIVE) + TWO)
         taps[9, i] = HALF * fv * (fv * (FOUR - THREE * fv) + ONE)
         taps[10, i] = HALF * fv * fv * (fv - ONE)
+
+
+def land_pixels(
+    back: Geometry, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4,
+    out_corner: I4, stride: int, height: int,
+) -> None:  # fmt: skip
+    """As `land_back`, or `bend_back` where the geometry is not that of planes."""
+    if back.dtype == np.float32:
+        land_back(back, y4, x_low, front, count, ramp, taps, out_corner, stride, height)
+    else:
+        bend_back(back, y4, x_low, front, count, taps, out_corner, stride, height)
+
+
+@overload(land_pixels, jit_options={"forceinline": True}, strict=False)
+def _land_pixels(
+    back: Any, y4: Any, x_low: Any, front: Any, count: Any, ramp: Any, taps: Any, out_corner: Any,
+    stride: Any, height: Any,
+) -> Any:  # fmt: skip
+    if is_flat(back):
+        return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: (
+            land_back(back, y4, x_low, front, count, ramp, taps, out_corner, stride, height)
+        )
+    return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: (
+        bend_back(back, y4, x_low, front, count, taps, out_corner, stride, height)
+    )
 
 
 @inner
@@ -459,7 +483,7 @@ def careful(
 
 @kernel
 def look_up(
-    back: F4, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4, row_low: int,
+    back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4, row_low: int,
     nearness: Real, surface_tolerance: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
@@ -492,7 +516,7 @@ def look_up(
         y4 = np.float32(y + row_low)
         for x_low in range(0, width, CHUNK):
             count = min(CHUNK, width - x_low)
-            land_back(back, y4, x_low, front[y, x_low:], count, ramp, taps, corners, stride, height)
+            land_pixels(back, y4, x_low, front[y, x_low:], count, ramp, taps, corners, stride, height)
             for i in range(count):
                 x = x_low + i
                 delta = front[y, x]
@@ -514,7 +538,7 @@ def look_up(
 
 @kernel
 def look_up_behind(
-    back: F4, color: F4, disparity: F4, index: I4, behind: F4, count: int, width: int,
+    back: Geometry, color: F4, disparity: F4, index: I4, behind: F4, count: int, width: int,
     row_low: int, nearness: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """As `look_up`, for what is behind the nearest surface in some pixels.
@@ -529,12 +553,7 @@ def look_up_behind(
         if delta < ZERO:
             continue
         x4, y4 = np.float32(index[k] % width), np.float32(index[k] // width + row_low)
-        t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
-        if not t > ZERO:
-            continue
-        scale = ONE / t
-        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+        u, v, scale = land(back, x4, y4, delta)
         if not (u > -TWO and v > -TWO and u < stride + ONE and v < height + ONE):
             continue
         value, sees = careful(color, disparity, u, v, delta * scale, tap, weights)

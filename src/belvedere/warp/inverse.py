@@ -48,7 +48,7 @@ def paint_inverse(
 
     Memory: 36 bytes and 10 more for each reference, a pixel of the rows.
     """
-    from belvedere.warp import _lookup, _surface
+    from belvedere.warp import _lookup, _surface, _surface_any
 
     low, high = max(rows[0] - HALO, 0), min(rows[1] + HALO, passages[0].height)
     count, size = len(passages), (high - low, color.shape[1])
@@ -62,10 +62,11 @@ def paint_inverse(
     for n, passage in enumerate(passages):
         parts = passage.silhouettes.parts
         layer = centers[n], edges[n], masks[n]
-        _surface.draw_surface(
+        drawing = _surface if passage.w.dtype == np.float32 else _surface_any
+        drawing.draw_surface(
             passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
         )
-        _surface.draw_parts(
+        drawing.draw_parts(
             passage.w,
             parts.corners,
             parts.near,

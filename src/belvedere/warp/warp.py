@@ -14,11 +14,18 @@ from belvedere.ground.errors import InputError, ViewError
 from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
-from belvedere.warp.equation import epipole, planar, warp_matrix
+from belvedere.warp.equation import epipole, warp_matrix
+from belvedere.warp.manifold import central, same_pixels
 from belvedere.warp.order import (
     Sheet,
     occlusion_compatible_cell_sheets,
     occlusion_compatible_sheets,
+)
+from belvedere.warp.panoramas import (
+    bent_passage,
+    paint_beyond_seam,
+    reconstructor_of,
+    refuse_for_panoramas,
 )
 from belvedere.warp.prepare import PreparedView, linear_rgba, prepare
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
@@ -56,7 +63,7 @@ def warp(
         views: one reference view or several; with several, each desired pixel shows the surface in
             front, blended from all that see it (``composite="blend"``) or taken from the reference
             whose center is nearest (``composite="nearest"``).
-        camera: planar camera to fill; any pose and size, same world.
+        camera: planar camera, cylinder or sphere to fill; any pose and size, same world.
         threads: how many to use, by default as many as there are processors. The result does not
             depend on it.
         options: every choice in one `WarpOptions`.
@@ -70,7 +77,7 @@ def warp(
 
     Raises:
         InputError: an unknown option or value.
-        CameraError: a camera that is not planar.
+        CameraError: an orthographic camera.
         ViewError: no view, or views whose colours differ in type or channels.
 
     A view warped to its own camera comes back to the last bit, whatever the reconstruction.
@@ -93,13 +100,13 @@ def warp(
     offset-buffer-warping 3.
     """
     chosen = merge_options(options, choices)
-    desired = planar(camera, "desired")
+    desired = central(camera, "desired")
     return warp_prepared(prepare_all(views), desired, chosen, threads)
 
 
 def warp_prepared(
     views: Sequence[PreparedView],
-    desired: Camera,
+    desired: CameraModel,
     chosen: WarpOptions,
     threads: int | None,
     block: npt.NDArray[np.uint8] | None = None,
@@ -117,6 +124,7 @@ def warp_prepared(
     if len(prepared) == 1 and same_pixels(prepared[0].camera, desired):
         # nothing moves: every sample is its pixel already, and any filter would only blur it
         chosen = replace(chosen, reconstruction="point")
+    refuse_for_panoramas(chosen, [desired, *(one.camera for one in prepared)])
     passages = [_passage(one, desired, chosen, threads) for one in prepared]
 
     channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
@@ -147,19 +155,10 @@ def warp_prepared(
     return frame
 
 
-def frame_bytes(reference: PreparedView, desired: Camera) -> int:
+def frame_bytes(reference: PreparedView, desired: CameraModel) -> int:
     """Bytes of a frame's disparity, coverage and colour."""
     pixel = 8 + reference.color.shape[2] * reference.color.dtype.itemsize
     return desired.height * desired.width * pixel
-
-
-def same_pixels(reference: Camera, desired: Camera) -> bool:
-    """Whether two cameras are one: every pixel of the one is that pixel of the other."""
-    return (
-        reference.size == desired.size
-        and np.array_equal(reference.matrix, desired.matrix)
-        and np.array_equal(reference.center, desired.center)
-    )
 
 
 def band_count(pixels: int, threads: int) -> int:
@@ -225,12 +224,12 @@ def prepare_all(
     return prepared
 
 
-def nearest_first(views: Sequence[PreparedView], desired: Camera) -> list[PreparedView]:
+def nearest_first(views: Sequence[PreparedView], desired: CameraModel) -> list[PreparedView]:
     """Views by the distance of their center from the desired eye; ties keep the given order."""
     return sorted(views, key=lambda one: float(np.linalg.norm(one.camera.center - desired.center)))
 
 
-def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
+def nearness_weights(views: Sequence[PreparedView], desired: CameraModel) -> F4:
     """(n,) blending weights, one over the squared distance to the desired eye, summing to 1."""
     distance = np.array([np.linalg.norm(one.camera.center - desired.center) for one in views])
     floor = NEARNESS_FLOOR * distance.mean() or 1.0
@@ -239,10 +238,12 @@ def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
 
 
 def _passage(
-    prepared: PreparedView, desired: Camera, options: WarpOptions, threads: int | None
+    prepared: PreparedView, desired: CameraModel, options: WarpOptions, threads: int | None
 ) -> Passage:
     from belvedere.warp import _tiles
 
+    if not isinstance(desired, Camera) or not isinstance(prepared.camera, Camera):
+        return bent_passage(prepared, desired, options, threads)
     reconstructor = RECONSTRUCTORS[options.reconstruction]
     matrix = warp_matrix(prepared.camera, desired)
     height, width = prepared.disparity.shape
@@ -301,7 +302,7 @@ def _paint_band(
     from belvedere.warp import _compose
 
     options = passages[0].options
-    reconstructor = RECONSTRUCTORS[options.reconstruction]
+    reconstructor = reconstructor_of(passages[0])
     if len(passages) == 1 and not reconstructor.averages:
         out_coverage.fill(1.0)
         reconstructor.paint(passages[0], rows, out_color, out_disparity, out_coverage)
@@ -310,10 +311,8 @@ def _paint_band(
 
     size = out_disparity.shape
     if reconstructor.together:
-        from belvedere.warp.inverse import paint_inverse
-
         linear = scratch("joint color", (*size, 4), np.float32)
-        paint_inverse(passages, weights, rows, linear, out_disparity, out_coverage)
+        paint_beyond_seam(passages, weights, rows, linear, out_disparity, out_coverage)
         if out_color.dtype != np.uint8:  # cubics overshoot; encoding to bytes clips anyway
             np.maximum(linear, 0.0, out=linear)
             np.minimum(linear[..., 3], 1.0, out=linear[..., 3])
@@ -326,6 +325,7 @@ def _paint_band(
     disparities.fill(-1.0)
     coverages.fill(1.0)
     for n, passage in enumerate(passages):
+        reconstructor = reconstructor_of(passage)
         if reconstructor.averages:
             reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
         else:

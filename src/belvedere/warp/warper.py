@@ -12,7 +12,7 @@ from belvedere.ground.checks import check_integer
 from belvedere.ground.errors import CameraError
 from belvedere.ground.threads import thread_count
 from belvedere.scene import CameraModel, Frame, ReferenceView
-from belvedere.warp.equation import planar
+from belvedere.warp.manifold import central
 from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import WarpOptions
 from belvedere.warp.warp import frame_bytes, merge_options, prepare_all, warp_prepared
@@ -77,16 +77,16 @@ class Warper:
 
         Args:
             views: one or several.
-            camera: planar, of the warper's size.
+            camera: planar, a cylinder or a sphere, of the warper's size.
 
         Returns:
             The frame; the next call writes over it.
 
         Raises:
-            CameraError: a camera that is not planar, or of another size.
+            CameraError: an orthographic camera, or one of another size.
             ViewError: no view, or views whose colours differ in type or channels.
         """
-        desired = planar(camera, "desired")
+        desired = central(camera, "desired")
         if desired.size != (self.height, self.width):
             raise CameraError(
                 f"Warper.warp.camera is {desired.width} x {desired.height}, expected "

@@ -18,7 +18,6 @@ from belvedere.warp import (
     warp_matrix,
     warp_points,
 )
-from belvedere.warp.equation import planar
 from tests.oracles.warp import project_samples
 from tests.strategies import planar_cameras
 from tests.warp.worlds import plane_disparity, random_camera, straight_camera

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError, InputError, ViewError
-from belvedere.scene import Camera, CylinderCamera, Frame, ReferenceView
+from belvedere.scene import Camera, CylinderCamera, Frame, OrthographicCamera, ReferenceView
 from belvedere.warp import (
     RECONSTRUCTIONS,
     OffsetOptions,

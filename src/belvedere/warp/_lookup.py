@@ -376,8 +376,8 @@ def _land_pixels(
         return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: (
             land_back(back, y4, x_low, front, count, ramp, taps, out_corner, stride, height)
         )
-    return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: (
-        bend_back(back, y4, x_low, front, count, taps, out_corner, stride, height)
+    return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: bend_back(
+        back, y4, x_low, front, count, taps, out_corner, stride, height
     )
 
 
@@ -516,7 +516,9 @@ def look_up(
         y4 = np.float32(y + row_low)
         for x_low in range(0, width, CHUNK):
             count = min(CHUNK, width - x_low)
-            land_pixels(back, y4, x_low, front[y, x_low:], count, ramp, taps, corners, stride, height)
+            land_pixels(
+                back, y4, x_low, front[y, x_low:], count, ramp, taps, corners, stride, height
+            )
             for i in range(count):
                 x = x_low + i
                 delta = front[y, x]

@@ -251,7 +251,9 @@ def splat(
             if cell >= 0 and seen_low <= cell // width < last_seen:
                 if seen[cell // width - seen_low, cell % width] != index:
                     continue
-            left, right, top, bottom = box_of(g, np.float64(x), np.float64(y), half, stretched, width)
+            left, right, top, bottom = box_of(
+                g, np.float64(x), np.float64(y), half, stretched, width
+            )
             if g[TARGET] == 0.0:
                 left, right = max(left, 0), min(right, width - 1)
             for j in range(max(top - row_low, 0), min(bottom - row_low + 1, rows)):

@@ -379,9 +379,7 @@ def draw_quad(
 
 
 @inner
-def land_cells(
-    g: Geometry, disparity: F4, v: int, u_low: int, count: int, out_corners: F8
-) -> None:
+def land_cells(g: Geometry, disparity: F4, v: int, u_low: int, count: int, out_corners: F8) -> None:
     """``count`` samples of a row landed to (count, CORNER)."""
     for i in range(count):
         land_corner(

@@ -55,9 +55,7 @@ class PreparedPanorama(PreparedView):
         if self._silhouettes is None:
             whole = super().silhouettes(threads)
             assert isinstance(self.camera, SeamlessCamera)
-            parts = _own_parts(
-                whole.parts, self.surface(threads), self.links(threads), self.camera
-            )
+            parts = _own_parts(whole.parts, self.surface(threads), self.links(threads), self.camera)
             self._silhouettes = Silhouettes(whole.color, parts)
         return self._silhouettes
 
@@ -99,9 +97,7 @@ def prepare_panorama(view: ReferenceView, edge_tolerance: float, bridge: int) ->
     """`prepare` for a cylinder or a sphere; its arguments checked."""
     whole = seamless(view)
     none = np.empty((0, 0), np.float32)  # tiles are bounded by what they draw, see `_own_tiles`
-    return PreparedPanorama(
-        whole, whole.camera, none, none, edge_tolerance, bridge, original=view
-    )
+    return PreparedPanorama(whole, whole.camera, none, none, edge_tolerance, bridge, original=view)
 
 
 def reconstructor_of(passage: Passage) -> Reconstructor:
@@ -173,7 +169,9 @@ def _cap(
     if whole:
         left, right = u, u + 1
         low, high = surface[row, u], surface[row, u + 1]
-        tip = np.full(u.size, held.mean(dtype=np.float64) / np.cos(0.5 * np.pi / camera.base.height))
+        tip = np.full(
+            u.size, held.mean(dtype=np.float64) / np.cos(0.5 * np.pi / camera.base.height)
+        )
         kind = np.full(u.size, _surface_any.CAP, np.uint8)
     else:
         u = u[~np.isnan(held) & ((bits & _edges.MIXED) == 0)]
@@ -197,7 +195,9 @@ def bent_passage(
     ahead = geometry(prepared.camera, desired)
     return BentPassage(
         passage_matrix(prepared.camera, desired),
-        _own_tiles(prepared, ahead, desired.height, threads) if joins else np.empty((0, 8), np.int32),
+        _own_tiles(prepared, ahead, desired.height, threads)
+        if joins
+        else np.empty((0, 8), np.int32),
         options,
         prepared.linear(threads) if joins else prepared.color,
         prepared.surface(threads) if joins else prepared.disparity,

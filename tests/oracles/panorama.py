@@ -111,7 +111,9 @@ class Room:
         disparity[whole] = self.look(camera, u, v)[1]
         return ReferenceView(camera, color, disparity.astype(np.float32))
 
-    def sees(self, camera: CameraModel, other: CameraModel, disparity: F8) -> B1:
+    def sees(
+        self, camera: CameraModel, other: CameraModel, disparity: npt.NDArray[np.floating]
+    ) -> B1:
         """Where ``other`` truly sees the surface at the centres of ``camera``'s pixels."""
         u, v = np.broadcast_arrays(*camera.pixel_grid())
         x, y, expected = other.project(camera.unproject(u, v, disparity))

@@ -37,6 +37,11 @@ def room() -> Room:
     return Room(0)
 
 
+def beside(x: float, y: float, z: float) -> Any:
+    """A place that many metres from `EYE`."""
+    return EYE + np.array([x, y, z])
+
+
 def all_round(
     kind: str, center: Any = EYE, width: int = 96, turn: Any = None, azimuth: float | None = None
 ) -> Any:
@@ -72,7 +77,7 @@ def test_a_panorama_warped_to_its_own_camera_comes_back_to_the_last_bit(
         camera = all_round(kind, rng.normal(size=3), 40 + n, random_rotation(rng), rng.normal())
         disparity = rng.uniform(0, 2, camera.size).astype(np.float32)
         disparity[rng.random(camera.size) < 0.1] = np.nan
-        view = ReferenceView(camera, noise(rng, *camera.size, colors), disparity)
+        view = ReferenceView(camera, noise(rng, camera.height, camera.width, colors), disparity)
         for visibility in ("order", "zbuffer"):
             frame = warp(view, camera, reconstruction=reconstruction, visibility=visibility)
             known = ~np.isnan(disparity)
@@ -96,7 +101,7 @@ def test_the_picture_does_not_show_where_the_reference_has_its_seam(
     rolled = all_round(kind, azimuth=camera.azimuth - np.pi)
     turned = ReferenceView(rolled, np.roll(view.color, -half, 1), np.roll(view.disparity, -half, 1))
     for toward in ((-1.0, 0.02, 0.0), (1.0, -0.2, 0.1), (0.1, 0.0, 1.0), (0.0, 0.1, -1.0)):
-        desired = straight(EYE + (0.2, 0.15, 0.1), toward)
+        desired = straight(beside(0.2, 0.15, 0.1), toward)
         there, here = (warp(one, desired, reconstruction=reconstruction) for one in (view, turned))
         share, worst = off(there, here)
         assert share < 0.002  # a sample on the border of two pixels
@@ -108,13 +113,15 @@ def test_the_picture_does_not_show_where_the_desired_panorama_has_its_seam(
     room: Room, kind: str, reconstruction: Any
 ) -> None:
     views = [room.photograph(all_round("sphere")), room.photograph(straight(size=64))]
-    desired = all_round(kind, EYE + (0.2, 0.15, 0.1), 120)
+    desired = all_round(kind, beside(0.2, 0.15, 0.1), 120)
     half = desired.width // 2
     turned = all_round(kind, desired.center, 120, azimuth=desired.azimuth - np.pi)
     there = warp(views, desired, reconstruction=reconstruction)
     here = warp(views, turned, reconstruction=reconstruction)
-    back = Frame(desired, *(np.roll(one, half, 1) for one in (here.color, here.disparity,
-                                                              here.coverage)))  # fmt: skip
+    back = Frame(
+        desired, np.roll(here.color, half, 1), np.roll(here.disparity, half, 1),
+        np.roll(here.coverage, half, 1),
+    )  # fmt: skip
     share, worst = off(there, back)
     assert share < 0.002
     assert worst < 1e-5
@@ -126,7 +133,7 @@ def test_a_sphere_is_closed_at_its_poles(up: float, desired_kind: str) -> None:
     """An empty room: every ray meets a plane, seen through the poles too."""
     room = Room(1, boxes=0)
     view = room.photograph(all_round("sphere", width=128))
-    center = EYE + (0.1, 0.05, -0.1)
+    center = beside(0.1, 0.05, -0.1)
     if desired_kind == "plane":
         desired: CameraModel = straight(center, (0.02, 0.0, up), 60)
     else:  # its equator runs through the reference's poles
@@ -144,7 +151,7 @@ def test_a_sphere_is_closed_at_its_poles(up: float, desired_kind: str) -> None:
 
 def test_the_last_rows_of_a_desired_sphere_show_what_is_straight_up_and_down() -> None:
     room = Room(1, boxes=0)
-    desired = all_round("sphere", EYE + (0.1, 0.05, -0.1), 64)
+    desired = all_round("sphere", beside(0.1, 0.05, -0.1), 64)
     for kind in ("plane", "sphere"):
         for row, up in ((0, 1.0), (31, -1.0)):
             toward = (0.02, 0.0, up)
@@ -181,8 +188,8 @@ def test_holes_are_filled_across_the_seam() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_planar_to_panorama_to_planar_is_planar_to_planar(room: Room, kind: str) -> None:
     view = room.photograph(straight(size=96), 3)
-    between = all_round(kind, EYE + (0.02, -0.05, 0.03), 640)  # finer, so that it keeps all
-    desired = straight(EYE + (0.05, -0.1, 0.05), size=80)
+    between = all_round(kind, beside(0.02, -0.05, 0.03), 640)  # finer, so that it keeps all
+    desired = straight(beside(0.05, -0.1, 0.05), size=80)
     at_once = warp(view, desired)
     by_way = warp(warp(view, between).as_view(), desired)
     both = (at_once.coverage == 1) & (by_way.coverage == 1)
@@ -202,7 +209,7 @@ def test_what_stands_outside_the_frustum_hides_only_if_the_reference_looks_all_r
     room.boxes = np.array([[[1.35, 1.45, 0.0], [1.5, 1.75, 2.6]]])
     room.hue = np.vstack([room.hue, [[0.9, 0.1, 0.1]]])
     eye = np.array([-0.2, -1.0, 1.3])
-    planar = Camera.look_at(eye, eye + (0, 1, 0), fov_deg=60, width=96, height=96)
+    planar = Camera.look_at(eye, eye + np.array([0, 1, 0]), fov_deg=60, width=96, height=96)
     desired = Camera.look_at((0.9, -1.2, 1.3), (0.9, 0, 1.3), fov_deg=60, width=96, height=96)
     truth = room.photograph(desired)
     pillar = truth.color[..., 0] > 1.5 * truth.color[..., 1]
@@ -315,9 +322,9 @@ def test_the_number_of_threads_does_not_change_a_byte(
             camera = (
                 straight() if kind == "plane" else all_round(kind, rng.normal(size=3) * 0.1, 80)
             )
-            disparity, _ = boards(rng, *camera.size, 8)
+            disparity, _ = boards(rng, camera.height, camera.width, 8)
             disparity[rng.random(disparity.shape) < 0.03] = np.nan
-            views.append(ReferenceView(camera, noise(rng, *camera.size), disparity))
+            views.append(ReferenceView(camera, noise(rng, camera.height, camera.width), disparity))
         desired: CameraModel = (
             straight(size=140) if n == 0 else all_round(KINDS[n % 2], width=200 + n)
         )
@@ -361,7 +368,7 @@ def test_anything_goes_and_every_frame_is_sound() -> None:
         disparity = (rng.uniform(0, 2, camera.size) / scale).astype(np.float32)
         disparity[rng.random(camera.size) < (0.0, 0.5, 1.0)[n % 3]] = np.nan
         disparity[rng.random(camera.size) < 0.2] = 0
-        view = ReferenceView(camera, noise(rng, *camera.size), disparity)
+        view = ReferenceView(camera, noise(rng, camera.height, camera.width), disparity)
         desired: Any = strange_panorama(rng, n + 3)
         if n % 5 == 0:
             desired = desired.moved(strange_camera(rng, n // 5, view).center)
@@ -383,7 +390,7 @@ def test_reconstructions_of_planes_say_what_panoramas_have_instead(reconstructio
 
 
 def test_a_warper_and_prepared_views_give_the_same_panoramas(room: Room) -> None:
-    views = [room.photograph(all_round(kind, EYE + (0.1 * n, 0, 0), 48), 1)
+    views = [room.photograph(all_round(kind, beside(0.1 * n, 0, 0), 48), 1)
              for n, kind in enumerate(KINDS)]  # fmt: skip
     desired = all_round("sphere", width=64)
     wanted = warp(views, desired)

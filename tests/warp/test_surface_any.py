@@ -34,8 +34,8 @@ def camera_of(rng: np.random.Generator, kind: str, center: Any, scale: float = 1
 
 def bumps(rng: np.random.Generator, height: int, width: int, round_seam: bool) -> Any:
     """(H, W) smooth disparities round 0.4, going on beyond the seam."""
-    held = gaussian_filter(rng.normal(size=(height, width)), 2.0,
-                           mode=("nearest", "wrap" if round_seam else "nearest"))  # fmt: skip
+    mode: Any = ("nearest", "wrap" if round_seam else "nearest")
+    held = gaussian_filter(rng.normal(size=(height, width)), 2.0, mode=mode)
     return (0.4 + 0.03 * held / np.abs(held).max()).astype(np.float32)
 
 
@@ -70,9 +70,9 @@ def test_the_surface_is_what_every_ray_meets_first(first: str, second: str) -> N
     """Seams, poles and all: cells, and on spheres the caps. Other parts are the planes' own."""
     rng = np.random.default_rng(KINDS.index(first) * 3 + KINDS.index(second))
     compared = 0
-    for n in range(6):
+    for n in range(3):
         reference = camera_of(rng, first, (0, 0, 0))
-        desired = camera_of(rng, second, rng.normal(0, 0.4, 3), (0.5, 1.0, 1.7)[n % 3])
+        desired = camera_of(rng, second, rng.normal(0, 0.4, 3), (0.5, 1.0, 1.7)[n])
         disparity = bumps(rng, *reference.size, first != "plane")
         if first == "sphere":  # one surface over each pole, so that the caps are known
             disparity[0], disparity[-1] = disparity[0].mean(), disparity[-1].mean()
@@ -91,7 +91,7 @@ def test_the_surface_is_what_every_ray_meets_first(first: str, second: str) -> N
         compared += int((sure & (wanted >= 0)).sum())
         if first == "sphere":  # closed all round
             assert (found >= 0).all()
-    assert compared > (200 if "plane" in (first, second) else 1_500)
+    assert compared > (100 if "plane" in (first, second) else 900)
 
 
 def test_between_planes_it_draws_what_the_kernels_of_planes_draw() -> None:

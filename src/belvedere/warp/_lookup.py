@@ -367,6 +367,8 @@ def land_pixels(
         bend_back(back, y4, x_low, front, count, taps, out_corner, stride, height)
 
 
+# Numba compiles what is returned: it must be a function with the names of the original.
+# ruff: noqa: PLW0108
 @overload(land_pixels, jit_options={"forceinline": True}, strict=False)
 def _land_pixels(
     back: Any, y4: Any, x_low: Any, front: Any, count: Any, ramp: Any, taps: Any, out_corner: Any,
@@ -483,8 +485,9 @@ def careful(
 
 @kernel
 def look_up(
-    back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4, row_low: int,
-    nearness: Real, surface_tolerance: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
+    back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
+    row_low: int, nearness: Real, surface_tolerance: Real, tap_tolerance: Real, out_color: F4,
+    out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 

@@ -8,8 +8,6 @@ the eye hide one another rightly on every manifold (`order_key`).
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -248,9 +246,11 @@ def splat(
                 continue
             index = (own[0] + i // across) * stride + own[2] + i % across
             cell = cells[i]
-            if cell >= 0 and seen_low <= cell // width < last_seen:
-                if seen[cell // width - seen_low, cell % width] != index:
-                    continue
+            if (
+                cell >= 0 and seen_low <= cell // width < last_seen
+                and seen[cell // width - seen_low, cell % width] != index
+            ):  # fmt: skip
+                continue
             left, right, top, bottom = box_of(
                 g, np.float64(x), np.float64(y), half, stretched, width
             )

@@ -75,21 +75,6 @@ def apart(g: Geometry, p: F8, q: F8) -> Real:
 
 
 @inner
-def over_pole(quad: F8) -> bool:
-    """Whether a cell's rays go round a panorama's axis: then some column holds none of its corners.
-
-    The winding of its four corners round the axis tells.
-    """
-    turned = 0.0
-    order = (0, 1, 3, 2, 0)
-    for n in range(4):
-        p, q = quad[order[n]], quad[order[n + 1]]
-        cross, along = p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]
-        turned += np.arctan2(cross, along)
-    return abs(turned) > 1.0
-
-
-@inner
 def flat_bounds(quad: F8, margin: Real) -> tuple[int, int, int, int]:
     """`bounds` in a planar picture."""
     x_low, x_high, y_low, y_high = quad[0, 3], quad[0, 3], quad[0, 4], quad[0, 4]
@@ -108,36 +93,45 @@ def flat_bounds(quad: F8, margin: Real) -> tuple[int, int, int, int]:
 
 
 @inner
+def bulge(g: Geometry, span: Real, low: Real, high: Real) -> Real:
+    """Rows that the sides of a cell reach beyond its corners, at most: toward the nearer pole.
+
+    Over an azimuth of a, up to a quarter turn, a great circle rises
+    ``atan(tan e / cos(a / 2)) - e`` above two points at elevation e, which is below a^2 / 12; on a
+    cylinder ``1 / cos(a / 2) - 1`` times their height, below 0.17 a^2.
+    """
+    angle = span * g[TARGET + 2]
+    if g[TARGET] == 2.0:
+        return angle * angle / (12.0 * g[TARGET + 4])
+    return 0.17 * angle * angle * max(abs(low - g[TARGET + 3]), abs(high - g[TARGET + 3]))
+
+
+@inner
 def round_bounds(g: Geometry, quad: F8, margin: Real) -> tuple[int, int, int, int]:
     """`bounds` in a panorama."""
-    limit = np.float64(LARGEST_CELL)
-    if not (apart(g, quad[0], quad[3]) <= limit and apart(g, quad[1], quad[2]) <= limit):
-        return NOWHERE
     turn, x0 = g[TARGET + 5], quad[0, 3]
-    left, right, low, high = 0.0, 0.0, np.inf, -np.inf  # of columns from x0; of heights
-    for n in range(4):
+    left, right, low, high = 0.0, 0.0, quad[0, 4], quad[0, 4]  # of columns from x0; of rows
+    for n in range(1, 4):
         step = quad[n, 3] - x0
         step -= turn * np.rint(step / turn)
         left, right = min(left, step), max(right, step)
-        height = quad[n, 2] / np.sqrt(quad[n, 0] * quad[n, 0] + quad[n, 1] * quad[n, 1])
-        low, high = min(low, height), max(high, height)
-    span = right - left
-    if span > 0.25 * turn or over_pole(quad):
-        # near an axis: all columns, and rows as far as the pole
-        low, high = low if low + high > 0.0 else -np.inf, high if low + high < 0.0 else np.inf
-        left, right = 0.0, turn - 1.0
-        x0 = np.ceil(g[TARGET + 6])
-    else:  # between its ends a straight side bulges toward the nearer pole
-        bulge = 1.0 / np.cos(0.5 * span * g[TARGET + 2])
-        low, high = low * bulge if low < 0.0 else low, high * bulge if high > 0.0 else high
-    if g[TARGET] == 2.0:
-        low, high = np.arctan(low), np.arctan(high)
-    top = g[TARGET + 3] - high / g[TARGET + 4]
-    bottom = g[TARGET + 3] - low / g[TARGET + 4]
-    most = 1e8
+        low, high = min(low, quad[n, 4]), max(high, quad[n, 4])
+    span, limit, most = right - left, np.float64(LARGEST_CELL), 1e8
+    if span + high - low > limit and not (
+        apart(g, quad[0], quad[3]) <= limit and apart(g, quad[1], quad[2]) <= limit
+    ):
+        return NOWHERE
+    if span <= 0.25 * turn:  # no axis within
+        more = margin + bulge(g, span, low, high)
+        low, high = low - more, high + more
+    else:  # near an axis, or round it: all columns, and rows as far as that pole
+        upper, lower = low + high <= 2.0 * g[TARGET + 3], low + high >= 2.0 * g[TARGET + 3]
+        low = -most if upper else low - margin
+        high = most if lower else high + margin
+        left, right, x0 = 0.0, turn - 1.0, np.ceil(g[TARGET + 6])
     return (
         int(np.ceil(x0 + left - margin)), int(np.floor(x0 + right + margin)),
-        int(np.ceil(max(top, -most) - margin)), int(np.floor(min(bottom, most) + margin)),
+        int(np.ceil(max(low, -most))), int(np.floor(min(high, most))),
     )  # fmt: skip
 
 
@@ -339,7 +333,7 @@ def draw_masks(
             d0, d1, d2 = ray_of(g, across, down, x, y if g[TARGET] != 0.0 else y + row_low)
             flat = down[0, y] if g[TARGET] != 0.0 else 1.0
             steps_in_pixel(g, sides, d0, d1, d2, flat, steps)
-            bits = np.int32(0)
+            bits = 0
             for k in range(16):
                 mirrored = (k & 1) * 8 + (k & 2) * 2 + (k & 4) // 2 + (k & 8) // 8
                 ox, oy = (k - 7.5) * 0.0625, (mirrored - 7.5) * 0.0625
@@ -347,7 +341,7 @@ def draw_masks(
                 for n in range(4):
                     here = along(sides[n], d0, d1, d2)
                     inside &= here + ox * steps[0, n] + oy * steps[1, n] >= sides[n, 3]
-                bits |= np.int32(inside) << np.int32(k)
+                bits |= int(inside) << k
             z = np.float32(along(planes[0], d0, d1, d2))
             z = max(min(max(z, low), high), ZERO)
             note_part(x, y, bits, z, high, keep, mark, out_edge, out_mask)

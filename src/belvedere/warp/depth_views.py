@@ -210,4 +210,5 @@ class Photographs:
 def _moved_to(camera: CameraModel, center: npt.NDArray[np.float64]) -> CameraModel:
     from belvedere.warp.manifold import central
 
-    return central(camera, "desired").moved(center)
+    checked: Any = central(camera, "desired")  # each of them can be moved
+    return checked.moved(center)

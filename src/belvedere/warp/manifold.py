@@ -1,4 +1,4 @@
-"""Cylinders and spheres in the warp: one equation for every central camera, and pictures that go on.
+"""Cylinders and spheres in the warp: one equation for all central cameras; pictures that go on.
 
 With the rays of each camera written in its own frame, ``D = M f(u, v)``, the warping equation is
 that of planes with another way of reading it at both ends::

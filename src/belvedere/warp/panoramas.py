@@ -72,7 +72,7 @@ class BentPassage(Passage):
     """For the reconstructors that scatter."""
 
     @property
-    def w(self) -> F8:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def w(self) -> F8:
         """The geometry, where a passage between planes has its matrix."""
         return self.ahead
 
@@ -328,8 +328,8 @@ def _paint_splats(
     _scatter_rows(passage, seen, scratch("seen disparity", seen.shape, np.float32), low)
     sample = scratch("sample", disparity.shape, np.int32)
     _scatter_any.splat(
-        passage.ahead, held.cells, held.places, held.halves, chosen.size == "jacobian", seen, low, rows[0], held.own,
-        passage.disparity.shape[1], passage.options.surface_tolerance,
+        passage.ahead, held.cells, held.places, held.halves, chosen.size == "jacobian", seen, low,
+        rows[0], held.own, passage.disparity.shape[1], passage.options.surface_tolerance,
         scratch("front", disparity.shape, np.float32),
         scratch("nearest", disparity.shape, np.float32),
         sample, disparity,

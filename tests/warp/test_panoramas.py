@@ -163,23 +163,39 @@ def test_the_last_rows_of_a_desired_sphere_show_what_is_straight_up_and_down() -
 
 
 def test_holes_are_filled_across_the_seam() -> None:
-    """A gap in a red wall, right at the seam: nothing green from elsewhere comes in."""
-    for kind in KINDS:
+    """A hole beside a green pillar: the red wall that goes on behind it is beyond the seam."""
+    for kind, left in product(KINDS, (True, False)):
         camera = all_round(kind, width=64)
-        color = np.zeros((*camera.size, 3), np.uint8)
-        color[..., 1] = 200
-        for near in (np.s_[:, :12], np.s_[:, -12:]):
-            color[near] = (200, 0, 0)
-        disparity = np.full(camera.size, 0.5, np.float32)
-        disparity[10:14, :3] = disparity[10:14, -3:] = np.nan
+        color = np.full((*camera.size, 3), (0, 200, 0), np.uint8)
+        disparity = np.full(camera.size, 2.0, np.float32)
+        wall, gap = (np.s_[:, -24:], np.s_[:, :4]) if left else (np.s_[:, :24], np.s_[:, -4:])
+        color[wall], disparity[wall], disparity[gap] = (200, 0, 0), 0.5, np.nan
         frame = warp(view_of(camera, disparity, color), camera, fill="background")
-        filled = np.isnan(disparity)
         assert frame.filled is not None
-        np.testing.assert_array_equal(frame.filled, filled)
-        assert (frame.color[filled][:, 0] > 190).all()
-        assert (frame.color[filled][:, 1] < 10).all()
-        np.testing.assert_allclose(frame.disparity[filled], 0.5, rtol=1e-4)
-        assert (frame.coverage[filled] == 0).all()
+        np.testing.assert_array_equal(frame.filled, np.isnan(disparity))
+        assert (frame.color[gap][..., 0] > 190).all()
+        np.testing.assert_allclose(frame.disparity[gap], 0.5, rtol=1e-4)
+        assert (frame.coverage[gap] == 0).all()
+
+
+def test_a_silhouette_on_the_desired_seam_is_mixed_with_what_is_beyond_it() -> None:
+    """A board whose edge runs through the first column, and the same not at a seam."""
+    reference = SphereCamera((0, 0, 0), 192, 96)
+    disparity = np.full(reference.size, 0.2, np.float32)
+    disparity[30:66, 60:131] = 0.8
+    color = np.where(disparity[..., None] > 0.5, [1.0, 0.8, 0.6], [0.0, 0.1, 0.3])
+    view = view_of(reference, disparity, color.astype(np.float32))
+    for kind, step in product(KINDS, range(-20, 20)):
+        azimuth = reference.rays(60 + step / 4, 48.0)
+        straight_on = float(np.arctan2(azimuth[1], azimuth[0]))
+        desired, turned = (
+            all_round(kind, (0.1, 0.05, 0.0), 150, azimuth=straight_on + turn)
+            for turn in (0.0, 2 * np.pi * 40 / 150)
+        )
+        at_seam, inside = warp(view, desired), warp(view, turned)
+        shown = np.roll(inside.coverage, -40, 1), np.roll(inside.color, -40, 1)
+        np.testing.assert_allclose(at_seam.coverage, shown[0], atol=1e-6)
+        np.testing.assert_allclose(at_seam.color, shown[1], atol=1e-4)
 
 
 # ---- right pictures ----------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError
-from belvedere.scene import Camera, SphereCamera
+from belvedere.scene import Camera, CylinderCamera, OrthographicCamera, SphereCamera
 from belvedere.warp import choose_references
 from tests.warp.worlds import random_camera, straight_camera
 
@@ -70,9 +70,28 @@ def test_the_choice_is_one_for_any_camera_at_any_disparity() -> None:
         assert chosen == choose_references(cameras, desired, disparities, 3)
 
 
-def test_panoramas_are_refused_on_either_side() -> None:
-    ball = SphereCamera([0, 0, 0], 8, 4)
-    with pytest.raises(CameraError, match="the reference view has a SphereCamera"):
-        choose_references([ball], straight_camera(8, 6), DISPARITIES, 1)
-    with pytest.raises(CameraError, match="the desired view has a SphereCamera"):
-        choose_references(row(0), ball, DISPARITIES, 1)
+def test_a_panorama_sees_what_a_plane_at_its_place_looks_away_from() -> None:
+    desired = straight_camera(40, 30)
+    away = straight_camera(40, 30, (0.1, 0, 0))
+    turned = Camera(np.diag([-1.0, -1.0, 1.0]) @ away.matrix, away.center, 40, 30)
+    for around in (SphereCamera((0.2, 0, 0), 80, 40), CylinderCamera((0.2, 0, 0), 80, 40)):
+        far = straight_camera(40, 30, (1.5, 0, 0))
+        assert choose_references([turned, far, around], desired, DISPARITIES, 3) == [2, 1, 0]
+    # a cylinder of one row of pixels sees the horizon only
+    slit = CylinderCamera((0.2, 0, 0), 80, 1)
+    assert choose_references([slit, far], desired, DISPARITIES, 2) == [1, 0]
+
+
+def test_for_a_panorama_the_references_are_chosen_that_look_another_way() -> None:
+    desired = SphereCamera((0, 0, 0), 80, 40)
+    ahead, beside, back = (straight_camera(40, 30, (x, 0, 0)) for x in (0.1, 0.15, 0.2))
+    back = Camera(np.diag([-1.0, -1.0, 1.0]) @ back.matrix, back.center, 40, 30)
+    assert choose_references([ahead, beside, back], desired, DISPARITIES, 2) == [0, 2]
+
+
+def test_parallel_rays_are_refused_on_either_side() -> None:
+    plan = OrthographicCamera(np.eye(4), [0.1, 0.1], 8, 4)
+    with pytest.raises(CameraError, match="the reference view has a OrthographicCamera"):
+        choose_references([plan], straight_camera(8, 6), DISPARITIES, 1)
+    with pytest.raises(CameraError, match="the desired view has a OrthographicCamera"):
+        choose_references(row(0), plan, DISPARITIES, 1)

@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError, InputError, SceneError
-from belvedere.scene import ReferenceView, Scene, SphereCamera, ViewEntry, ViewSet
+from belvedere.scene import (
+    OrthographicCamera,
+    ReferenceView,
+    Scene,
+    SphereCamera,
+    ViewEntry,
+    ViewSet,
+)
 from belvedere.warp import DepthViews, Photographs, warp
+from tests.oracles.panorama import Room
 from tests.warp.worlds import boards, noise, same, straight_camera, view_of
 
 
@@ -130,6 +138,23 @@ def test_photographs_are_turned_but_never_moved() -> None:
     assert scene.viewing_region.contains(np.array([1.5, 0, 0]))
 
 
+def test_panoramas_are_walked_through_and_turned_like_other_views() -> None:
+    cameras = [SphereCamera((x, 0, 1.3), 64, 32) for x in (-0.3, 0.0, 0.4)]
+    room = Room(0)
+    views = [room.photograph(camera, 1) for camera in cameras]
+    desired = straight_camera(40, 30, (0.1, 0.05, 1.3))
+    scene = DepthViews(views, threads=1)
+    assert scene.choose(desired)[0] == 1
+    for camera in (desired, cameras[0].moved((0.1, 0.05, 1.3))):
+        frame = scene.render(camera)
+        assert frame.camera is camera
+        assert (frame.coverage > 0).mean() > 0.97
+    photographs = Photographs(without_depth(views), threads=1)
+    turned = photographs.render(cameras[0].moved((0.05, 0, 1.3)), reconstruction="point")
+    np.testing.assert_array_equal(turned.color, views[1].color)
+    assert photographs.render(desired).hole_fraction == 0
+
+
 def test_scenes_refuse_what_they_cannot_show() -> None:
     views = row_of(2)
     with pytest.raises(SceneError, match="view 'p0' has no depth, so it cannot be warped"):
@@ -146,7 +171,7 @@ def test_scenes_refuse_what_they_cannot_show() -> None:
     with pytest.raises(SceneError, match="Photographs: all 2 photographs are excluded"):
         photographs.render(scene.home, exclude=[0, 1])
     for one in (scene, photographs):
-        with pytest.raises(CameraError, match="the desired view has a SphereCamera"):
-            one.render(SphereCamera([0, 0, 0], 8, 4))
+        with pytest.raises(CameraError, match="the desired view has a OrthographicCamera"):
+            one.render(OrthographicCamera(np.eye(4), [0.1, 0.1], 8, 4))
         with pytest.raises(InputError, match="warp has no option 'quality'"):
             one.render(scene.home, quality=3)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from belvedere.ground.errors import CameraError, InputError
-from belvedere.scene import Camera, OrthographicCamera, SphereCamera
+from belvedere.scene import Camera
 from belvedere.warp import (
     area_growth,
     epipole,
@@ -18,7 +18,6 @@ from belvedere.warp import (
     warp_matrix,
     warp_points,
 )
-from belvedere.warp.equation import planar
 from tests.oracles.warp import project_samples
 from tests.strategies import planar_cameras
 from tests.warp.worlds import plane_disparity, random_camera, straight_camera
@@ -191,9 +190,3 @@ def test_equations_refuse_what_they_cannot_mean() -> None:
         plane_homography(a, b, (0, 1, 0), 0.0)
     with pytest.raises(InputError, match=r"plane_homography.normal has shape \(2,\)"):
         plane_homography(a, b, (0, 1), 1.0)
-    for camera in (
-        SphereCamera([0, 0, 0], 8, 4),
-        OrthographicCamera(np.eye(4), [0.1, 0.1], 8, 4),
-    ):
-        with pytest.raises(CameraError, match=f"the left view has a {type(camera).__name__}, but"):
-            planar(camera, "left")

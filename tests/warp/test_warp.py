@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError, InputError, ViewError
-from belvedere.scene import Camera, CylinderCamera, Frame, ReferenceView
+from belvedere.scene import Camera, CylinderCamera, Frame, OrthographicCamera, ReferenceView
 from belvedere.warp import (
     RECONSTRUCTIONS,
     GaussianOptions,
@@ -179,10 +179,18 @@ HOME = straight_camera(8, 6)
         (VIEW, None, {}, CameraError, "the desired view has a NoneType, but warping goes between"),
         (
             VIEW,
-            CylinderCamera([0, 0, 0], 8, 6),
+            OrthographicCamera(np.eye(4), [0.1, 0.1], 8, 6),
             {},
             CameraError,
-            "the desired view has a CylinderCamera, but warping goes between planar cameras",
+            "the desired view has a OrthographicCamera, but warping goes between cameras whose",
+        ),
+        (
+            VIEW,
+            CylinderCamera([0, 0, 0], 8, 6),
+            {"reconstruction": "mesh"},
+            InputError,
+            'warp.reconstruction "mesh" goes between planar cameras only: with a cylinder or a '
+            'sphere among the cameras choose "point" or "splat" or "inverse"',
         ),
         (VIEW, HOME, {"threads": 0}, InputError, "threads is 0, expected a whole number from 1 to"),
         (VIEW, HOME, {"threads": 1.5}, InputError, "threads is 1.5, expected a whole number"),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.scene import Camera, Frame, ReferenceView
+from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
@@ -116,7 +116,7 @@ def same(a: Frame, b: Frame) -> bool:
     )
 
 
-def view_of(camera: Camera, disparity: npt.ArrayLike, color: Any = None) -> ReferenceView:
+def view_of(camera: CameraModel, disparity: npt.ArrayLike, color: Any = None) -> ReferenceView:
     """A reference view, grey unless told."""
     held = grey(*camera.size) if color is None else color
     return ReferenceView(camera, held, np.asarray(disparity, np.float32))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._edges import INTACT
+from belvedere.warp._landing import Geometry, land
 from belvedere.warp._surface import UNSURE, is_unsure, marked
 
 F4 = npt.NDArray[np.float32]
@@ -30,16 +31,11 @@ FAINT = np.float32(1e-12)
 
 @inner
 def looks_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
+    back: Geometry, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
 ) -> bool:
     """Whether a reference sees something farther, on an unbroken surface, through a place."""
     height, stride = disparity.shape
-    t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
-    if not t > ZERO:
-        return False
-    scale = ONE / t
-    u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-    v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+    u, v, scale = land(back, x4, y4, delta)
     if not (u >= ZERO and v >= ZERO and u < np.float32(stride - 1) and v < np.float32(height - 1)):
         return False
     j, i = int(v), int(u)
@@ -53,7 +49,7 @@ def looks_through(
 
 @inner
 def looks_all_through(
-    back: F4, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
+    back: Geometry, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
 ) -> bool:
     """As `looks_through`, in all of a pixel: an edge may cover a part that its centre is not in."""
     for n in range(4):
@@ -65,7 +61,7 @@ def looks_all_through(
 
 @kernel
 def reject_seen_through(
-    back: F4, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
+    back: Geometry, disparity: F4, links: U1, own: int, row_low: int, tolerance: Real, centers: F4,
     edges: F4,
 ) -> None:  # fmt: skip
     """Take back what was drawn where this reference looks through that place.
@@ -75,7 +71,7 @@ def reject_seen_through(
     something farther right through such a guess proves it wrong. Where all agree nothing is asked.
 
     Args:
-        back: (12,) matrix from the desired view to this reference.
+        back: geometry from the desired view to this reference; between planes its (12,) matrix.
         disparity: (H, W) of this reference.
         links: (H, W) its bits.
         own: number of its own layer, which is left alone.
@@ -226,7 +222,7 @@ def find_cracks(
 
 @kernel
 def witness_cracks(
-    back: F4, disparity: F4, index: I4, value: F4, count: int, width: int, row_low: int,
+    back: Geometry, disparity: F4, index: I4, value: F4, count: int, width: int, row_low: int,
     tolerance: Real, out_seen: U1,
 ) -> None:  # fmt: skip
     """Mark the holes in which this reference has a sample of the surface on their sides.
@@ -235,7 +231,7 @@ def witness_cracks(
     sample decides, or those round the place where that one is missing.
 
     Args:
-        back: (12,) matrix from the desired view to this reference.
+        back: geometry from the desired view to this reference; between planes its (12,) matrix.
         disparity: (H, W) of this reference.
         index: (count,) holes from `find_cracks`.
         value: (count,) disparities on their sides.
@@ -250,12 +246,7 @@ def witness_cracks(
     for k in range(count):
         x4, y4 = np.float32(index[k] % width), np.float32(index[k] // width + row_low)
         delta = value[k]
-        t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * delta
-        if not t > ZERO:
-            continue
-        scale = ONE / t
-        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * delta) * scale
-        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * delta) * scale
+        u, v, scale = land(back, x4, y4, delta)
         if not (u >= -HALF and v >= -HALF and u < last_u and v < last_v):
             continue
         own, near = delta * scale, np.float32(tolerance) * delta * scale + FAINT

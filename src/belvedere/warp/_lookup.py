@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba.extending import overload
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import (
@@ -32,6 +33,7 @@ from belvedere.ground.simd import (
 )
 from belvedere.warp._compose import write_row
 from belvedere.warp._edges import SMOOTH
+from belvedere.warp._landing import Geometry, bend_back, is_flat, land
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -66,7 +68,7 @@ def cubic_weights(f: Real) -> tuple[Real, Real, Real, Real]:
 
 @inner
 def land_back(
-    back: F4, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4, out_corner: I4,
+    back: Geometry, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4, out_corner: I4,
     stride: int, height: int,
 ) -> None:  # fmt: skip
     """Where ``count`` pixels of a row show in a reference, and the bicubic weights there.
@@ -107,6 +109,33 @@ def land_back(
         taps[8, i] = HALF * (fv * fv * (THREE * fv - FIVE) + TWO)
         taps[9, i] = HALF * fv * (fv * (FOUR - THREE * fv) + ONE)
         taps[10, i] = HALF * fv * fv * (fv - ONE)
+
+
+def land_pixels(
+    back: Geometry, y4: Real, x_low: int, front: F4, count: int, ramp: F4, taps: F4,
+    out_corner: I4, stride: int, height: int,
+) -> None:  # fmt: skip
+    """As `land_back`, or `bend_back` where the geometry is not that of planes."""
+    if back.dtype == np.float32:
+        land_back(back, y4, x_low, front, count, ramp, taps, out_corner, stride, height)
+    else:
+        bend_back(back, y4, x_low, front, count, taps, out_corner, stride, height)
+
+
+# Numba compiles what is returned: it must be a function with the names of the original.
+# ruff: noqa: PLW0108
+@overload(land_pixels, jit_options={"forceinline": True}, strict=False)
+def _land_pixels(
+    back: Any, y4: Any, x_low: Any, front: Any, count: Any, ramp: Any, taps: Any, out_corner: Any,
+    stride: Any, height: Any,
+) -> Any:  # fmt: skip
+    if is_flat(back):
+        return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: (
+            land_back(back, y4, x_low, front, count, ramp, taps, out_corner, stride, height)
+        )
+    return lambda back, y4, x_low, front, count, ramp, taps, out_corner, stride, height: bend_back(
+        back, y4, x_low, front, count, taps, out_corner, stride, height
+    )
 
 
 @inner
@@ -192,14 +221,14 @@ def careful(
 
 @kernel
 def look_up(
-    back: F4, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4, row_low: int,
-    nearness: Real, surface_tolerance: Real, tap_tolerance: Real, first: bool, out_color: F4,
-    out_weight: F4,
+    back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
+    row_low: int, nearness: Real, surface_tolerance: Real, tap_tolerance: Real, first: bool,
+    out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
     Args:
-        back: (12,) matrix from the desired view to this reference.
+        back: geometry from the desired view to this reference; between planes its (12,) matrix.
         color: (H, W, 4) linear.
         disparity: (H, W).
         links: (H, W) bits of `_edges`.
@@ -227,7 +256,7 @@ def look_up(
         for x_low in range(0, width, CHUNK):
             count = min(CHUNK, width - x_low)
             shows, ends, at = front[y, x_low:], edge[y, x_low:], center[y, x_low:]
-            land_back(back, y4, x_low, shows, count, ramp, taps, corners, stride, height)
+            land_pixels(back, y4, x_low, shows, count, ramp, taps, corners, stride, height)
             for i in range(count):
                 delta = shows[i]
                 shown[i] = np.uint8((delta >= ZERO) & (max(at[i], ends[i]) >= delta * keep))
@@ -255,13 +284,13 @@ def look_up(
 
 @kernel
 def look_up_behind(
-    back: F4, color: F4, disparity: F4, index: I4, delta: F4, count: int, width: int,
+    back: Geometry, color: F4, disparity: F4, index: I4, delta: F4, count: int, width: int,
     row_low: int, nearness: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """As `look_up`, for what is behind the nearest surface in some pixels.
 
     Args:
-        back: (12,) matrix from the desired view to this reference.
+        back: geometry from the desired view to this reference; between planes its (12,) matrix.
         color: (H, W, 4) linear.
         disparity: (H, W).
         index: (count,) pixels, ``y * width + x``.
@@ -282,12 +311,7 @@ def look_up_behind(
         if own < ZERO:
             continue
         x4, y4 = np.float32(index[k] % width), np.float32(index[k] // width + row_low)
-        t = back[8] * x4 + back[9] * y4 + back[10] + back[11] * own
-        if not t > ZERO:
-            continue
-        scale = ONE / t
-        u = (back[0] * x4 + back[1] * y4 + back[2] + back[3] * own) * scale
-        v = (back[4] * x4 + back[5] * y4 + back[6] + back[7] * own) * scale
+        u, v, scale = land(back, x4, y4, own)
         if not (u > -TWO and v > -TWO and u < last_u and v < last_v):
             continue
         value, sees = careful(color, disparity, u, v, own * scale, tap, weights)

@@ -266,6 +266,27 @@ def draw_triangle(
 
 
 @inner
+def note_part(
+    x: int, row: int, bits: Real, z: Real, z_high: Real, keep: Real, mark: Real, out_edge: F4,
+    out_mask: U2,
+) -> None:  # fmt: skip
+    """Add what a cell covers of one pixel to what is known of its nearest surface there."""
+    held = out_edge[row, x]
+    if bits == 0:  # too thin for a place, but an edge does run through the pixel
+        if mark == UNSURE and z_high >= held * keep:
+            if held < ZERO:
+                out_mask[row, x] = 0
+                held = z
+            out_edge[row, x] = marked(held, mark)
+    elif z * keep > held:
+        out_edge[row, x] = marked(z, mark)
+        out_mask[row, x] = bits
+    elif z >= held * keep:
+        out_edge[row, x] = marked(max(z, held), mark | (bits_of(held) & UNSURE))
+        out_mask[row, x] |= bits
+
+
+@inner
 def mask_quad(
     xa: Real, ya: Real, za: Real, xb: Real, yb: Real, zb: Real, xc: Real, yc: Real, zc: Real,
     xd: Real, yd: Real, width: int, row_low: int, first: int, end: int, keep: Real, mark: Real,
@@ -320,24 +341,9 @@ def mask_quad(
                 inside = (above + steps[0, k] >= ZERO) & (beside + steps[1, k] >= ZERO)
                 inside &= (below + steps[2, k] >= ZERO) & (before + steps[3, k] >= ZERO)
                 bits = np.int32(bits | np.int32(np.int32(inside) << np.int32(k)))
-            if bits == 0:  # too thin for a place, but an edge does run through the pixel
-                held = out_edge[y - row_low, x]
-                if mark == UNSURE and z_high >= held * keep:
-                    if held < ZERO:
-                        out_mask[y - row_low, x] = 0
-                        held = max(z_low, ZERO)
-                    out_edge[y - row_low, x] = marked(held, mark)
-                continue
             wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
             z = max(min(max(za + wb * zb + wc * zc, z_low), z_high), ZERO)
-            row = y - row_low
-            held = out_edge[row, x]
-            if z * keep > held:
-                out_edge[row, x] = marked(z, mark)
-                out_mask[row, x] = bits
-            elif z >= held * keep:
-                out_edge[row, x] = marked(max(z, held), mark | (bits_of(held) & UNSURE))
-                out_mask[row, x] |= bits
+            note_part(x, y - row_low, bits, z, z_high, keep, mark, out_edge, out_mask)
 
 
 @inner

@@ -119,13 +119,13 @@ class DepthViews:
         """The picture from ``camera``, warped from the best references.
 
         Args:
-            camera: planar camera.
+            camera: planar camera, cylinder or sphere.
             exclude: indices of references that must not be used.
             choices: choices of the warp for this frame only.
 
         Raises:
             SceneError: no reference is left, or one cannot be read.
-            CameraError: the camera is not planar.
+            CameraError: the camera is orthographic.
         """
         chosen = self.choose(camera, exclude=exclude)
         if not chosen:
@@ -208,6 +208,7 @@ class Photographs:
 
 
 def _moved_to(camera: CameraModel, center: npt.NDArray[np.float64]) -> CameraModel:
-    from belvedere.warp.equation import planar
+    from belvedere.warp.manifold import central
 
-    return planar(camera, "desired").moved(center)
+    checked: Any = central(camera, "desired")  # each of them can be moved
+    return checked.moved(center)

@@ -21,23 +21,9 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import as_array, check_shape
 from belvedere.ground.errors import CameraError
-from belvedere.scene import Camera, CameraModel
+from belvedere.scene import Camera
 
 F8 = npt.NDArray[np.float64]
-
-
-def planar(camera: CameraModel, role: str) -> Camera:
-    """``camera`` as a planar one, or a refusal that says which camera is not.
-
-    Raises:
-        CameraError: the camera is a cylinder, a sphere or orthographic.
-    """
-    if not isinstance(camera, Camera):
-        raise CameraError(
-            f"the {role} view has a {type(camera).__name__}, but warping goes between planar "
-            "cameras (belvedere.Camera): resample the panorama into planar views first"
-        )
-    return camera
 
 
 def warp_matrix(reference: Camera, desired: Camera) -> F8:

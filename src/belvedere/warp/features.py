@@ -17,8 +17,8 @@ from belvedere.ground.errors import ViewError
 from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.ground.wording import counted
-from belvedere.scene import Camera
-from belvedere.warp.equation import warp_matrix
+from belvedere.scene import CameraModel
+from belvedere.warp.manifold import passage_matrix
 from belvedere.warp.prepare import EDGE_TOLERANCE, PreparedView
 
 F4 = npt.NDArray[np.float32]
@@ -54,7 +54,7 @@ def feature_channels(views: Sequence[PreparedView]) -> int:
 def gather_features(
     views: Sequence[PreparedView],
     weights: F4,
-    desired: Camera,
+    desired: CameraModel,
     disparity: F4,
     coverage: F4,
     *,
@@ -122,9 +122,9 @@ def gather_features(
     return out
 
 
-def ask(view: PreparedView, desired: Camera, threads: int | None) -> Asked:
+def ask(view: PreparedView, desired: CameraModel, threads: int | None) -> Asked:
     """What kernels need to ask a reference: (12,) matrix back, (H, W) surface, (H, W) links."""
-    back = warp_matrix(desired, view.camera).astype(np.float32).ravel()
+    back = passage_matrix(desired, view.camera).astype(np.float32).ravel()
     return back, view.surface(threads), view.links(threads)
 
 
@@ -134,7 +134,7 @@ def _flat(view: PreparedView) -> F4:
     return features.reshape(-1, features.shape[2])
 
 
-def bands_of(desired: Camera, threads: int | None) -> list[tuple[int, int]]:
+def bands_of(desired: CameraModel, threads: int | None) -> list[tuple[int, int]]:
     """Rows of the desired view in bands; what is written does not depend on them."""
     count = max(desired.height * desired.width // BAND_PIXELS, thread_count(threads))
     return row_bands(desired.height, count)

@@ -12,6 +12,7 @@ from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import InputError
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Frame
+from belvedere.warp.manifold import is_panoramic, unrolled
 from belvedere.warp.prepare import linear_rgba
 from belvedere.warp.reconstruct import SURFACE_TOLERANCE
 
@@ -55,6 +56,8 @@ def fill_background(
         )
     from belvedere.warp import _holes
 
+    if is_panoramic(frame.camera):
+        return fill_all_round(frame, tolerance, threads)
     holes = np.isnan(frame.disparity)
     if not holes.any() or holes.all():
         return replace(frame, filled=np.zeros_like(holes))
@@ -101,6 +104,24 @@ def fill_background(
     color = frame.color.copy()
     color[holes] = from_linear(colors[0][holes][:, None], frame.color)[:, 0]
     return replace(frame, color=color, disparity=disparities[0], filled=holes)
+
+
+def fill_all_round(frame: Frame, tolerance: float, threads: int | None) -> Frame:
+    """`fill_background` of a panorama, which goes on beyond both sides of its picture."""
+    width, beyond = frame.camera.width, -(-frame.camera.width // 4)
+    columns = np.mod(np.arange(-beyond, width + beyond), width)
+    color, disparity, coverage = (
+        np.ascontiguousarray(held[:, columns])
+        for held in (frame.color, frame.disparity, frame.coverage)
+    )
+    wide = Frame(unrolled(frame.camera, beyond), color, disparity, coverage)
+    filled = fill_background(wide, tolerance, threads)
+    own = np.s_[:, beyond : beyond + width]
+    mask = np.zeros(frame.camera.size, bool) if filled.filled is None else filled.filled[own]
+    return Frame(
+        frame.camera, filled.color[own].copy(), filled.disparity[own].copy(), frame.coverage,
+        mask.copy(),
+    )  # fmt: skip
 
 
 def _bands(size: tuple[int, ...], threads: int | None) -> int:

@@ -50,7 +50,7 @@ def paint_inverse(
 
     Memory: 36 bytes and 10 more for each reference, a pixel of the rows.
     """
-    from belvedere.warp import _layers, _lookup, _surface
+    from belvedere.warp import _layers, _lookup, _surface, _surface_any
 
     low, high = max(rows[0] - HALO, 0), min(rows[1] + HALO, passages[0].height)
     count, size = len(passages), (high - low, disparity.shape[1])
@@ -64,20 +64,11 @@ def paint_inverse(
     for n, passage in enumerate(passages):
         parts = passage.silhouettes.parts
         layer = centers[n], edges[n], masks[n]
-        _surface.draw_parts(
-            passage.w,
-            parts.corners,
-            parts.near,
-            parts.ends,
-            passage.tiles,
-            low,
-            high,
-            tolerance,
-            *layer,
-        )
-        _surface.draw_surface(
-            passage.w, passage.disparity, passage.links, passage.tiles, low, high, tolerance, *layer
-        )
+        drawing = _surface if passage.w.dtype == np.float32 else _surface_any
+        given = passage.tiles, low, high, tolerance, *layer
+        # parts first: intact cells are only asked how much they cover where an edge is known
+        drawing.draw_parts(passage.w, parts.corners, parts.near, parts.ends, *given)
+        drawing.draw_surface(passage.w, passage.disparity, passage.links, *given)
     if count > 1 and options.merge_ratio is not None:
         _layers.keep_one_reference(options.merge_ratio, centers, edges)
     elif count > 1:

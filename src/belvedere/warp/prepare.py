@@ -13,8 +13,8 @@ from belvedere.ground.checks import check_integer, check_number
 from belvedere.ground.color import SRGB8_TO_LINEAR
 from belvedere.ground.errors import ViewError
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
-from belvedere.scene import Camera, ReferenceView
-from belvedere.warp.equation import planar
+from belvedere.scene import Camera, CameraModel, ReferenceView
+from belvedere.warp.manifold import central
 from belvedere.warp.silhouettes import Silhouettes, find_silhouettes
 
 EDGE_TOLERANCE = 0.05
@@ -40,7 +40,7 @@ class PreparedView:
     """
 
     view: ReferenceView
-    camera: Camera
+    camera: CameraModel
     tile_low: npt.NDArray[np.float32]
     """(tiles down, tiles across) smallest disparity of each tile."""
     tile_high: npt.NDArray[np.float32]
@@ -190,7 +190,8 @@ def prepare(
     """Do once what warps of the same view would repeat.
 
     Args:
-        view: a reference view with a planar camera; a prepared one is returned as it is.
+        view: a reference view with a planar camera, a cylinder or a sphere; a prepared one is
+            returned as it is.
         edge_tolerance: relative jump in disparity that still counts as one surface.
         bridge: missing samples in a row that "gaussian", "mesh", "offset" and "inverse" take
             to lie on the surface round them, if both ends agree; 0 leaves every gap open. "point"
@@ -198,7 +199,7 @@ def prepare(
 
     Raises:
         InputError: a negative tolerance or bridge.
-        CameraError: the view's camera is not planar.
+        CameraError: the view's camera is orthographic.
         ViewError: it is no reference view.
     """
     if isinstance(view, PreparedView):
@@ -208,10 +209,14 @@ def prepare(
             f"prepare.view is a {type(view).__name__}, expected a ReferenceView "
             "(a Frame becomes one with as_view())"
         )
-    camera = planar(view.camera, "reference")
-    low, high = sample_range(view.disparity)
     check_number("prepare", "edge_tolerance", edge_tolerance, 0.0, 1.0)
     check_integer("prepare", "bridge", bridge, 0, 64)
+    camera = central(view.camera, "reference")
+    if not isinstance(camera, Camera):
+        from belvedere.warp.panoramas import prepare_panorama
+
+        return prepare_panorama(view, edge_tolerance, bridge)
+    low, high = sample_range(view.disparity)
     return PreparedView(view, camera, low, high, edge_tolerance, bridge)
 
 

@@ -196,8 +196,9 @@ class Passage:
     """(H, W) bits of `_edges`; empty for a reconstructor that joins no samples."""
     height: int
     """Rows of the whole desired view."""
-    back: F4
-    """(12,) matrix from the desired view to the reference; empty for who needs none."""
+    back: npt.NDArray[Any]
+    """Geometry from the desired view to the reference, see `_landing`; between planes (12,). Empty
+    for who needs none."""
     prepared: PreparedView
     """What the reference's view was prepared to."""
 
@@ -207,7 +208,7 @@ class Passage:
         return self.prepared.silhouettes()
 
     @property
-    def w(self) -> F4:
+    def w(self) -> npt.NDArray[Any]:
         """(12,) the warp matrix for kernels."""
         return self.matrix.astype(np.float32).ravel()
 

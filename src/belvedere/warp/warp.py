@@ -15,12 +15,19 @@ from belvedere.ground.errors import InputError, ViewError
 from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
-from belvedere.warp.equation import epipole, planar, warp_matrix
+from belvedere.warp.equation import epipole, warp_matrix
 from belvedere.warp.features import feature_channels, gather_features
+from belvedere.warp.manifold import central, check_planar, same_pixels
 from belvedere.warp.order import (
     Sheet,
     occlusion_compatible_cell_sheets,
     occlusion_compatible_sheets,
+)
+from belvedere.warp.panoramas import (
+    bent_passage,
+    paint_beyond_seam,
+    reconstructor_of,
+    refuse_for_panoramas,
 )
 from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
@@ -64,7 +71,7 @@ def warp(
             front, blended from all that see it (``composite="blend"``), or is taken from the
             reference whose center is nearest, always (``composite="nearest"``) or unless another's
             surface is clearly nearer (``composite="fuzzy"``).
-        camera: planar camera to fill; any pose and size, same world.
+        camera: planar camera, cylinder or sphere to fill; any pose and size, same world.
         threads: how many to use, by default as many as there are processors. The result does not
             depend on it.
         options: every choice in one `WarpOptions`.
@@ -80,7 +87,7 @@ def warp(
 
     Raises:
         InputError: an unknown option or value.
-        CameraError: a camera that is not planar.
+        CameraError: an orthographic camera.
         ViewError: no view, or views whose colours differ in type or channels, or whose features
             differ in channels.
 
@@ -107,13 +114,13 @@ def warp(
     offset-buffer-warping 3.
     """
     chosen = merge_options(options, choices)
-    desired = planar(camera, "desired")
+    desired = central(camera, "desired")
     return warp_prepared(prepare_all(views), desired, chosen, threads)
 
 
 def warp_prepared(
     views: Sequence[PreparedView],
-    desired: Camera,
+    desired: CameraModel,
     chosen: WarpOptions,
     threads: int | None,
     block: npt.NDArray[np.uint8] | None = None,
@@ -136,6 +143,12 @@ def warp_prepared(
     if len(prepared) == 1 and same_pixels(prepared[0].camera, desired):
         # nothing moves: every sample is its pixel already, and any filter would only blur it
         chosen = replace(chosen, reconstruction="point")
+    cameras = [one.camera for one in prepared]
+    refuse_for_panoramas(chosen, [desired, *cameras])
+    if feature_channels(prepared) > 0:
+        check_planar("features are warped", desired, cameras)
+    if chosen.explain:
+        check_planar("explain=True asks references", desired, cameras)
     passages = [_passage(one, desired, chosen, threads) for one in prepared]
 
     channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
@@ -173,7 +186,7 @@ def warp_prepared(
     if feature_channels(prepared) > 0:
         held = gather_features(
             prepared, weights, desired, frame.disparity, frame.coverage,
-            feature_filter=chosen.feature_filter, nearest_only=chosen.composite == "nearest",
+            feature_filter=chosen.feature_filter, nearest_only=chosen.composite != "blend",
             tolerance=chosen.surface_tolerance, threads=threads, out=features,
         )  # fmt: skip
         frame = replace(frame, features=held)
@@ -187,19 +200,10 @@ def warp_prepared(
     return frame
 
 
-def frame_bytes(reference: PreparedView, desired: Camera) -> int:
+def frame_bytes(reference: PreparedView, desired: CameraModel) -> int:
     """Bytes of a frame's disparity, coverage and colour."""
     pixel = 8 + reference.color.shape[2] * reference.color.dtype.itemsize
     return desired.height * desired.width * pixel
-
-
-def same_pixels(reference: Camera, desired: Camera) -> bool:
-    """Whether two cameras are one: every pixel of the one is that pixel of the other."""
-    return (
-        reference.size == desired.size
-        and np.array_equal(reference.matrix, desired.matrix)
-        and np.array_equal(reference.center, desired.center)
-    )
 
 
 def band_count(pixels: int, threads: int, each: int, largest: int) -> int:
@@ -266,13 +270,13 @@ def prepare_all(
     return prepared
 
 
-def nearest_order(views: Sequence[PreparedView], desired: Camera) -> list[int]:
+def nearest_order(views: Sequence[PreparedView], desired: CameraModel) -> list[int]:
     """Indices by the distance of the view's center from the desired eye; ties keep the order."""
     away = [math.dist(one.camera.center, desired.center) for one in views]
     return sorted(range(len(views)), key=lambda n: away[n])
 
 
-def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
+def nearness_weights(views: Sequence[PreparedView], desired: CameraModel) -> F4:
     """(n,) blending weights, one over the squared distance to the desired eye, summing to 1."""
     distance = np.array([math.dist(one.camera.center, desired.center) for one in views])
     floor = NEARNESS_FLOOR * distance.mean() or 1.0
@@ -281,10 +285,12 @@ def nearness_weights(views: Sequence[PreparedView], desired: Camera) -> F4:
 
 
 def _passage(
-    prepared: PreparedView, desired: Camera, options: WarpOptions, threads: int | None
+    prepared: PreparedView, desired: CameraModel, options: WarpOptions, threads: int | None
 ) -> Passage:
     from belvedere.warp import _tiles
 
+    if not isinstance(desired, Camera) or not isinstance(prepared.camera, Camera):
+        return bent_passage(prepared, desired, options, threads)
     reconstructor = RECONSTRUCTORS[options.reconstruction]
     matrix = warp_matrix(prepared.camera, desired)
     height, width = prepared.disparity.shape
@@ -348,7 +354,7 @@ def _paint_band(
     from belvedere.warp import _compose
 
     options = passages[0].options
-    reconstructor = RECONSTRUCTORS[options.reconstruction]
+    reconstructor = reconstructor_of(passages[0])
     if reconstructor.scatters:
         from belvedere.warp.scatter import paint_scattered
 
@@ -357,9 +363,7 @@ def _paint_band(
 
     size = out_disparity.shape
     if reconstructor.together:
-        from belvedere.warp.inverse import paint_inverse
-
-        paint_inverse(passages, weights, rows, out_color, out_disparity, out_coverage)
+        paint_beyond_seam(passages, weights, rows, out_color, out_disparity, out_coverage)
         return
     colors = scratch("layer colors", (len(passages), *size, 4), np.float32)
     disparities = scratch("layer disparities", (len(passages), *size), np.float32)
@@ -368,8 +372,9 @@ def _paint_band(
     disparities.fill(-1.0)
     coverages.fill(1.0)
     for n, passage in enumerate(passages):
-        assert reconstructor.paint is not None
-        reconstructor.paint(passage, rows, colors[n], disparities[n], coverages[n])
+        paint = reconstructor_of(passage).paint
+        assert paint is not None
+        paint(passage, rows, colors[n], disparities[n], coverages[n])
     if len(passages) == 1:
         linear = colors[0]
         out_disparity[:], out_coverage[:] = disparities[0], coverages[0]

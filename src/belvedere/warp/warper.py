@@ -13,9 +13,9 @@ from belvedere.ground.checks import check_integer
 from belvedere.ground.errors import CameraError, InputError
 from belvedere.ground.threads import thread_count
 from belvedere.scene import CameraModel, Frame, ReferenceView
-from belvedere.warp.equation import planar
 from belvedere.warp.fading import Fading
 from belvedere.warp.features import feature_channels
+from belvedere.warp.manifold import central
 from belvedere.warp.prepare import PreparedView, prepare
 from belvedere.warp.reconstruct import WarpOptions
 from belvedere.warp.warp import frame_bytes, merge_options, prepare_all, warp_prepared
@@ -95,18 +95,18 @@ class Warper:
 
         Args:
             views: one or several.
-            camera: planar, of the warper's size.
+            camera: planar, a cylinder or a sphere, of the warper's size.
 
         Returns:
             The frame; the next call writes over it.
 
         Raises:
-            CameraError: a camera that is not planar, or of another size.
+            CameraError: an orthographic camera, or one of another size.
             ViewError: no view, or views whose colours or features differ in type or channels.
 
         With ``explain=True``, references that are fading out are numbered after those given.
         """
-        desired = planar(camera, "desired")
+        desired = central(camera, "desired")
         if desired.size != (self.height, self.width):
             raise CameraError(
                 f"Warper.warp.camera is {desired.width} x {desired.height}, expected "

@@ -186,15 +186,17 @@ def set_up(g: Geometry, quad: F8, deltas: F8, out_sides: F8, out_planes: F8) -> 
             long += out_sides[n, 2] * out_sides[n, 2]
         out_sides[n, 3] = -SLACK_PX * pixel * np.sqrt(long)
     upper, lower = triple(a, b, c), triple(d, c, b)
+    over = 1.0 / upper if upper > 0.0 else 0.0  # edge on, or a corner of a cap twice
+    under = 1.0 / lower if lower > 0.0 else 0.0
     for axis in range(3):
-        out_planes[0, axis] = (
+        out_planes[0, axis] = over * (
             deltas[0] * out_sides[4, axis] + deltas[1] * out_sides[3, axis]
             + deltas[2] * out_sides[0, axis]
-        ) / upper  # fmt: skip
-        out_planes[1, axis] = (
+        )  # fmt: skip
+        out_planes[1, axis] = under * (
             deltas[2] * out_sides[1, axis] + deltas[1] * out_sides[2, axis]
             - deltas[3] * out_sides[4, axis]
-        ) / lower  # fmt: skip
+        )  # fmt: skip
     return upper > 0.0, lower > 0.0
 
 

@@ -115,6 +115,18 @@ def test_sums_of_sixteens_are_those_of_their_fours(form: object) -> None:
     np.testing.assert_allclose(out[1], near @ values[5:9], rtol=1e-5)
 
 
+@kernel
+def flags(values: np.ndarray, limit: float) -> int:
+    return simd.bits16(simd.load16(values, 0), limit)
+
+
+@pytest.mark.parametrize("form", [flags, getattr(flags, "py_func", flags)])
+def test_bits_of_sixteen_say_which_reach_a_limit(form: object) -> None:
+    values = np.array([[1, -1, 2, np.nan], [0, 0.5, 3, 3], [-2, 1, 0, 0], [0, 0, 0, 1]], np.float32)
+    wanted = sum(1 << k for k, value in enumerate(values.ravel()) if value >= 0.5)
+    assert form(values, 0.5) == wanted  # type: ignore[operator]
+
+
 def test_bits_of_floats_keep_their_order_and_come_back() -> None:
     values = np.array([0.0, 1e-30, 0.5, 1.0, 3e8, -1.0], np.float32)
     bits, back = np.zeros(6, np.uint32), np.zeros(6, np.float32)

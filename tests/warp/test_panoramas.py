@@ -15,8 +15,8 @@ from belvedere.studio._bench_quality import fill_nearest
 from belvedere.studio.metrics import psnr, ssim_map
 from belvedere.warp import PreparedView, SplatOptions, Warper, WarpOptions, prepare, warp
 from belvedere.warp.panoramas import bent_passage
+from tests.fuzz import assert_frame_is_sound, strange_camera
 from tests.oracles.panorama import Room
-from tests.warp.test_warp import assert_frame_is_sound, strange_camera
 from tests.warp.worlds import (
     boards,
     noise,

@@ -139,6 +139,11 @@ def fold16(a: Sixteen) -> Four:
     return (a[0:4] + a[8:12]) + (a[4:8] + a[12:16])
 
 
+def bits16(a: Sixteen, limit: Real) -> Real:
+    """A uint32 whose bit k says whether lane k is at least ``limit``; NaN is not."""
+    return np.uint32(sum(1 << k for k in range(16) if a[k] >= np.float32(limit)))
+
+
 def lane4(a: Four, lane: int) -> Real:
     """One of the four."""
     return a[lane]
@@ -414,6 +419,16 @@ def _fold16(typing: Any, a: Any) -> Any:
     return _FOUR(a), generate
 
 
+@intrinsic
+def _bits16(typing: Any, a: Any, limit: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        every = _every(context, builder, args[1], limit, _WIDE)
+        flags = builder.fcmp_ordered(">=", args[0], every)
+        return builder.zext(builder.bitcast(flags, ir.IntType(16)), ir.IntType(32))
+
+    return types.uint32(a, limit), generate
+
+
 _PARTS = [range(4 * n, 4 * n + 4) for n in range(4)]
 """Lanes of the four fours of a `Sixteen`."""
 _EACH = [n // 4 for n in range(16)]
@@ -492,6 +507,7 @@ _compiled(weigh16, lambda a, w, x, y, z: lambda a, w, x, y, z: _weigh16(a, w, x,
 _compiled(outer16, lambda weights, color: lambda weights, color: _outer16(weights, color))
 _compiled(part16, lambda a, part: lambda a, part: _part16(a, literally(part)))
 _compiled(fold16, lambda a: lambda a: _fold16(a))
+_compiled(bits16, lambda a, limit: lambda a, limit: _bits16(a, limit))
 _compiled(lane4, lambda a, lane: lambda a, lane: _lane4(a, lane))
 _compiled(bits_of, lambda value: lambda value: _bits_of(value))
 _compiled(float_of, lambda bits: lambda bits: _float_of(bits))

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.ground.simd import bits_of, float_of
+from belvedere.ground.simd import bits16, bits_of, float_of, load16
 from belvedere.warp._edges import INTACT, RIM
 from belvedere.warp._tiles import TILE
 
@@ -336,11 +336,9 @@ def mask_quad(
             qx, qy = np.float32(x) - xd, np.float32(y) - yd
             above, beside = bx * py - by * px - slack, dx * qy - dy * qx - slack
             below, before = ex * qy - ey * qx - slack, cy * px - cx * py - slack
-            bits = np.int32(0)
-            for k in range(16):
-                inside = (above + steps[0, k] >= ZERO) & (beside + steps[1, k] >= ZERO)
-                inside &= (below + steps[2, k] >= ZERO) & (before + steps[3, k] >= ZERO)
-                bits = np.int32(bits | np.int32(np.int32(inside) << np.int32(k)))
+            bits = np.uint32(bits16(load16(steps, 0), -above) & bits16(load16(steps, 4), -beside))
+            bits = np.uint32(bits & bits16(load16(steps, 8), -below))
+            bits = np.uint32(bits & bits16(load16(steps, 12), -before))
             wb, wc = (px * cy - cx * py) * scale, (bx * py - px * by) * scale
             z = max(min(max(za + wb * zb + wc * zc, z_low), z_high), ZERO)
             note_part(x, y - row_low, bits, z, z_high, keep, mark, out_edge, out_mask)
@@ -372,9 +370,10 @@ def land_parts(w: F4, parts: F4, begin: int, count: int, out_corners: F4) -> Non
     """
     w0, w1, w2, w3, w4, w5 = w[0], w[1], w[2], w[3], w[4], w[5]
     w6, w7, w8, w9, w10, w11 = w[6], w[7], w[8], w[9], w[10], w[11]
+    first = np.uint64(begin)  # a signed sum might be an index from the end
     for k in range(12):
         for i in range(count):
-            out_corners[k, i] = parts[k, begin + i]
+            out_corners[k, i] = parts[k, first + np.uint64(i)]
     for c in range(4):
         for i in range(RUN):
             u, v, delta = (

@@ -126,7 +126,7 @@ def test_bands_drawn_apart_are_the_picture_drawn_at_once(second: str) -> None:
 @pytest.mark.parametrize("second", KINDS)
 def test_masks_tell_the_share_of_a_pixel_that_a_board_covers(second: str) -> None:
     """A frontal board before a wall: sixteen places against many rays through each pixel."""
-    from belvedere.warp import _lookup
+    from belvedere.warp import _layers
 
     rng = np.random.default_rng(40)
     reference = SphereCamera((0, 0, 0), 96, 48)
@@ -146,7 +146,7 @@ def test_masks_tell_the_share_of_a_pixel_that_a_board_covers(second: str) -> Non
         for dv in steps:
             total += on_board(reference, desired, u + du, v + dv)
     truth = total / 64
-    found = np.array([_lookup.covered(int(bits)) for bits in masks.ravel()]).reshape(truth.shape)
+    found = np.array([_layers.covered(int(bits)) for bits in masks.ravel()]).reshape(truth.shape)
     # a board drawn as quads has straight sides between samples; corners are rounded in neither
     partial = (truth > 0.02) & (truth < 0.98) & (edges > 0.5)
     assert partial.sum() > 30

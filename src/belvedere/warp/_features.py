@@ -166,7 +166,8 @@ def mix(features: F4, index: I8, taps: F4, count: int, share: Real, pixel: F4) -
     if count == 1:
         factor, sample = share * taps[0], features[index[0]]
         if factor == ONE:  # alone: to the last bit, the sign of a zero too
-            pixel[:] = sample
+            for c in range(channels):
+                pixel[c] = sample[c]
         else:
             for c in range(channels):
                 pixel[c] += factor * sample[c]

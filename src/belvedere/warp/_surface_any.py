@@ -215,7 +215,7 @@ def ray_of(g: Geometry, across: F8, down: F8, x: int, y: int) -> tuple[Real, Rea
     return flat * across[0, x], flat * across[1, x], down[1, y]
 
 
-@inner
+@kernel
 def tabulate(g: Geometry, width: int, row_low: int, rows: int) -> tuple[F8, F8]:
     """Tables for `ray_of`: cosine and sine of each column's azimuth, of each row's elevation.
 
@@ -370,8 +370,9 @@ def take_cell(
     above: F8, below: F8, disparity: F4, v: int, u: int, i: int, out_quad: F8, out_deltas: F8
 ) -> None:
     """Corners and disparities of the cell at sample (v, u), number i of its row."""
-    out_quad[0], out_quad[1] = above[i], above[i + 1]
-    out_quad[2], out_quad[3] = below[i], below[i + 1]
+    for k in range(CORNER):
+        out_quad[0, k], out_quad[1, k] = above[i, k], above[i + 1, k]
+        out_quad[2, k], out_quad[3, k] = below[i, k], below[i + 1, k]
     out_deltas[0], out_deltas[1] = disparity[v, u], disparity[v, u + 1]
     out_deltas[2], out_deltas[3] = disparity[v + 1, u], disparity[v + 1, u + 1]
 

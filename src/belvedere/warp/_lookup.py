@@ -251,6 +251,7 @@ def look_up(
     taps, corners = np.zeros((11, CHUNK), np.float32), np.zeros(CHUNK, np.int32)
     ramp, shown = np.arange(CHUNK).astype(np.float32), np.zeros(CHUNK, np.uint8)
     flat_links, flat_weight = links.reshape(-1), out_weight.reshape(-1)
+    flat = disparity.reshape(-1)
     for y in range(rows):
         y4 = np.float32(y + row_low)
         for x_low in range(0, width, CHUNK):
@@ -268,14 +269,17 @@ def look_up(
             for i in range(count):
                 if not shown[i]:
                     continue
-                corner = corners[i]
-                if corner >= 0 and flat_links[np.uint32(corner)] & SMOOTH:
+                corner, landed = corners[i], taps[2, i]
+                at = np.uint32(max(corner, 0))
+                smooth = corner >= 0 and flat_links[at] & SMOOTH != 0
+                # smooth it may be, but another surface, which hides this one or lies behind it
+                if smooth and abs(flat[at] - landed) <= tap * landed + FAINT:
                     value, weight = bicubic(color, corner, stride, taps, i), own
                 else:
                     u, v = taps[0, i], taps[1, i]
                     if not (u > -TWO and v > -TWO and u < last_u and v < last_v):
                         continue
-                    value, sees = careful(color, disparity, u, v, taps[2, i], tap, weights)
+                    value, sees = careful(color, disparity, u, v, landed, tap, weights)
                     weight = own * EDGE_WEIGHT * sees
                 index = begin + i
                 store4(out_color, index, add4(load4(out_color, index), scale4(value, weight)))

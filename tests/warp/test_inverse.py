@@ -305,6 +305,41 @@ def test_bright_specks_leave_no_negative_light_round_them() -> None:
     assert frame.color.max() <= 1.3 * 50
 
 
+@pytest.mark.parametrize("kind", ["flat", "slanted"])
+def test_beside_a_bright_edge_of_paint_no_darker_line_appears(kind: str) -> None:
+    """Cubics undershoot there; each colour stays within those of the four samples round it."""
+    camera = straight_camera(SIZE, 48)
+    color = np.full((48, SIZE, 3), 40, np.uint8)
+    color[:, 30:] = 240
+    if kind == "slanted":
+        color = np.where(np.arange(SIZE)[None, :, None] > np.arange(48)[:, None, None], 240, color)
+    view = view_of(camera, np.full((48, SIZE), 0.4), color.astype(np.uint8))
+    frame = warp(view, camera.moved((0.017, 0, 0.011)))
+    shown = frame.color[frame.coverage == 1]
+    assert shown.min() == 40
+    assert shown.max() == 240
+    assert len(np.unique(shown)) > 2
+
+
+def test_a_reference_that_sees_another_surface_inside_its_picture_gives_no_colour_to_this_one() -> (
+    None
+):
+    """Its edge lets it seem to show the board; what it has there is the wall behind."""
+    from belvedere.warp import _lookup
+
+    height, width = 20, 24
+    same_place = np.eye(3, 4).astype(np.float32).ravel()
+    reference = np.full((height, width), WALL, np.float32)
+    links = np.full((height, width), 31, np.uint8)  # all bits: smooth everywhere
+    front = np.full((height, width), BOARD, np.float32)
+    total, weight = np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32)
+    _lookup.look_up(
+        same_place, np.ones((height, width, 4), np.float32), reference, links, front, front, front,
+        0, 1.0, 0.03, 0.05, True, total, weight,
+    )  # fmt: skip
+    assert not weight.any()
+
+
 # ---- threads -------------------------------------------------------------------------------------
 
 

@@ -84,6 +84,11 @@ def kept4(array: F4, start: int, middle: Real, reach: Real, a: Four) -> Four:
     return np.where(near, a, np.float32(0.0))
 
 
+def min4(a: Four, b: Four) -> Four:
+    """The smaller of each two; that of b where a is NaN."""
+    return np.where(a < b, a, b)
+
+
 def load16(array: F4, index: Real) -> Sixteen:
     """Four fours in a row, from the ``index``-th four of a C-contiguous array on."""
     return array.reshape(-1)[4 * index : 4 * index + 16].copy()
@@ -336,6 +341,14 @@ def _max4(typing: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def _min4(typing: Any, a: Any, b: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.select(builder.fcmp_ordered("<", *args), *args)
+
+    return _FOUR(a, b), generate
+
+
+@intrinsic
 def _sum4(typing: Any, a: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         lanes = [builder.extract_element(args[0], ir.IntType(32)(n)) for n in range(4)]
@@ -484,6 +497,7 @@ _compiled(four, lambda a, b, c, d: lambda a, b, c, d: _four(a, b, c, d))
 _compiled(add4, lambda a, b: lambda a, b: _add(a, b))
 _compiled(scale4, lambda a, factor: lambda a, factor: _scale(a, factor))
 _compiled(max4, lambda a, b: lambda a, b: _max4(a, b))
+_compiled(min4, lambda a, b: lambda a, b: _min4(a, b))
 _compiled(sum4, lambda a: lambda a: _sum4(a))
 _compiled(
     kept4,

@@ -23,6 +23,8 @@ from belvedere.ground.simd import (
     kept4,
     load4,
     load16,
+    max4,
+    min4,
     scale4,
     scale16,
     store4,
@@ -146,7 +148,11 @@ def bicubic(color: F4, corner: int, stride: int, taps: F4, i: int) -> Four:
     rows = add_scaled16(rows, load16(color, first + stride), taps[8, i])
     rows = add_scaled16(rows, load16(color, first + 2 * stride), taps[9, i])
     rows = add_scaled16(rows, load16(color, first + 3 * stride), taps[10, i])
-    return weigh16(rows, taps[3, i], taps[4, i], taps[5, i], taps[6, i])
+    value = weigh16(rows, taps[3, i], taps[4, i], taps[5, i], taps[6, i])
+    a, b = load4(color, corner), load4(color, corner + 1)
+    c, d = load4(color, corner + stride), load4(color, corner + stride + 1)
+    low, high = min4(min4(a, b), min4(c, d)), max4(max4(a, b), max4(c, d))
+    return max4(min4(value, high), low)
 
 
 @inner

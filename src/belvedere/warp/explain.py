@@ -98,7 +98,13 @@ def explain(
         )
     tolerance = check_number("explain", "surface_tolerance", surface_tolerance, 0.0, 1.0)
     doubt = check_number("explain", "disparity_error", disparity_error, 0.0, 1.0)
-    held = prepare_all(views)
+    held = prepare_all(views, "explain")
+    if held[0].color.dtype != frame.color.dtype or held[0].color.shape[2] != frame.color.shape[2]:
+        here, there = (f"{one.color.dtype} x {one.color.shape[2]}" for one in (frame, held[0]))
+        raise ViewError(
+            f"explain.frame has colours of type {here}, but explain.views of type {there}: a frame "
+            "has the colours of the references it was made from"
+        )
     desired = check_planar(EXPLAINED, frame.camera, [one.camera for one in held])
     order = nearest_order(held, desired)
     prepared = [held[n] for n in order]

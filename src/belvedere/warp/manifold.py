@@ -92,6 +92,11 @@ def central(camera: CameraModel, role: str) -> CameraModel:
     Raises:
         CameraError: the camera is orthographic, or of a kind that the warp does not know.
     """
+    if not isinstance(camera, CameraModel):
+        raise CameraError(
+            f"the {role} camera is a {type(camera).__name__}, expected a camera such as "
+            "belvedere.Camera"
+        )
     if not isinstance(camera, Camera | CylinderCamera | SphereCamera | SeamlessCamera):
         raise CameraError(
             f"the {role} view has a {type(camera).__name__}, but warping goes between cameras "

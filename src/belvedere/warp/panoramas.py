@@ -361,13 +361,9 @@ def paint_beyond_seam(
         out[:] = held[:, margin:-margin]
 
 
-def _paint_no_layer(*_: Any) -> None:
-    raise AssertionError("the inverse pass paints all references together")
-
-
 PANORAMIC: dict[str, Reconstructor] = {
     "point": Reconstructor(_paint_points),
     "splat": Reconstructor(_paint_splats),
-    "inverse": Reconstructor(_paint_no_layer, joins=True, together=True),
+    "inverse": Reconstructor(None, joins=True, together=True),
 }
 """What a warp with a panorama can do; `RECONSTRUCTORS` is for planes."""

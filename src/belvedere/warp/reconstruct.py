@@ -223,7 +223,7 @@ class Reconstructor:
     """One way to rebuild a continuous picture from moved samples."""
 
     paint: Painter | None
-    """None for one that scatters."""
+    """None for one that scatters, or paints all references together."""
     joins: bool = False
     """Whether it joins neighbouring samples, and so must know which share a surface."""
     together: bool = False
@@ -234,7 +234,7 @@ class Reconstructor:
     @property
     def scatters(self) -> bool:
         """Whether it moves samples whole and copies their colours; see `scatter`."""
-        return self.paint is None
+        return self.paint is None and not self.together
 
 
 def _paint_gaussians(
@@ -422,5 +422,5 @@ RECONSTRUCTORS: dict[str, Reconstructor] = {
     "gaussian": Reconstructor(_paint_gaussians, joins=True, halo=lambda options: GAUSSIAN_HALO),
     "mesh": Reconstructor(_paint_mesh, joins=True),
     "offset": Reconstructor(_paint_offset, joins=True),
-    "inverse": Reconstructor(_paint_mesh, joins=True, together=True),
+    "inverse": Reconstructor(None, joins=True, together=True),
 }

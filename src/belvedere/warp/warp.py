@@ -212,8 +212,19 @@ def band_count(pixels: int, threads: int, each: int, largest: int) -> int:
     return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // largest), 1)
 
 
-def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpOptions:
+def merge_options(
+    options: WarpOptions | None,
+    choices: dict[str, Any],
+    owner: str = "warp",
+    others: Sequence[str] = ("threads",),
+) -> WarpOptions:
     """``options`` with single fields replaced.
+
+    Args:
+        options: all choices, or None.
+        choices: single ones by name.
+        owner: whom they were given to.
+        others: what else it takes by name.
 
     Raises:
         InputError: a name that is no field, or a value it does not take.
@@ -222,13 +233,13 @@ def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpO
     unknown = sorted(set(choices) - known)
     if unknown:
         raise InputError(
-            f"warp has no option {unknown[0]!r}, expected one of "
-            + ", ".join(["threads", *sorted(known)])
+            f"{owner} has no option {unknown[0]!r}, expected one of "
+            + ", ".join([*others, *sorted(known)])
         )
     if options is not None and not isinstance(options, WarpOptions):
         raise InputError(
-            f"warp.options is a {type(options).__name__}, expected WarpOptions: single choices are "
-            'named, such as reconstruction="point"'
+            f"{owner}.options is a {type(options).__name__}, expected WarpOptions: single choices "
+            'are named, such as reconstruction="point"'
         )
     base = options or WarpOptions()
     return WarpOptions(**{name: choices.get(name, getattr(base, name)) for name in known})
@@ -236,8 +247,9 @@ def merge_options(options: WarpOptions | None, choices: dict[str, Any]) -> WarpO
 
 def prepare_all(
     views: ReferenceView | PreparedView | Iterable[ReferenceView | PreparedView],
+    owner: str = "warp",
 ) -> list[PreparedView]:
-    """Views as `warp` takes them, checked and prepared.
+    """Views as `warp` takes them, checked and prepared; ``owner`` is whom they were given to.
 
     Raises:
         ViewError: no view, something else, or colours that differ in type or channels.
@@ -247,15 +259,15 @@ def prepare_all(
     if not isinstance(views, Iterable):
         hint = " (a Frame becomes one with as_view())" if isinstance(views, Frame) else ""
         raise ViewError(
-            f"warp.views is a {type(views).__name__}, expected a ReferenceView or several{hint}"
+            f"{owner}.views is a {type(views).__name__}, expected a ReferenceView or several{hint}"
         )
     held = list(views)
     if not held:
-        raise ViewError("warp.views is empty, expected at least one reference view")
+        raise ViewError(f"{owner}.views is empty, expected at least one reference view")
     for index, view in enumerate(held):
         if not isinstance(view, ReferenceView | PreparedView):
             raise ViewError(
-                f"warp.views[{index}] is a {type(view).__name__}, expected a ReferenceView "
+                f"{owner}.views[{index}] is a {type(view).__name__}, expected a ReferenceView "
                 "(a Frame becomes one with as_view())"
             )
     prepared = [prepare(view) for view in held]
@@ -263,8 +275,8 @@ def prepare_all(
     if len(kinds) > 1:
         texts = " and ".join(sorted(f"{dtype} x {channels}" for dtype, channels in kinds))
         raise ViewError(
-            f"warp.views mix colours of type {texts}: convert them to one (uint8 is sRGB-encoded, "
-            "float32 is linear radiance; see belvedere.ground.color_to_linear)"
+            f"{owner}.views mix colours of type {texts}: convert them to one (uint8 is "
+            "sRGB-encoded, float32 is linear radiance; see belvedere.ground.color_to_linear)"
         )
     feature_channels(prepared)
     return prepared

@@ -38,7 +38,8 @@ class Warper:
 
     The same pictures as `warp`, to the last bit. Views are prepared when they are first seen and
     remembered; working buffers and the frame's own memory are used again. **A frame therefore lasts
-    until the next call only**: copy what is to be kept. One warper serves one thread at a time.
+    until the next call only**: copy what is to be kept. What is changed in a view's arrays after it
+    was first given is not seen: make a new view. One warper serves one thread at a time.
 
     Args:
         width: of the frames, pixels.
@@ -72,14 +73,14 @@ class Warper:
     ) -> None:
         self.width = check_integer("Warper", "width", width, 1, LARGEST_SIDE)
         self.height = check_integer("Warper", "height", height, 1, LARGEST_SIDE)
-        self.options = merge_options(options, choices)
+        self.options = merge_options(options, choices, "Warper", ("threads", "kept", "cross_fade"))
         self.threads = thread_count(threads)
         self._kept = check_integer("Warper", "kept", kept, 1, 1 << 20)
         frames = check_integer("Warper", "cross_fade", cross_fade, 0, LONGEST_FADE)
-        if frames and self.options.composite == "nearest":
+        if frames and self.options.composite != "blend":
             raise InputError(
-                'Warper.cross_fade needs composite="blend": with "nearest" references have no '
-                "weights that could fade"
+                f'Warper.cross_fade needs composite="blend": with "{self.options.composite}" '
+                "references have no weights that could fade"
             )
         self._fading = Fading(frames) if frames else None
         self._views: OrderedDict[int, PreparedView] = OrderedDict()
@@ -116,7 +117,7 @@ class Warper:
             views = [views]
         if isinstance(views, Iterable):
             views = [self._remembered(view) for view in views]
-        prepared, shares = prepare_all(views), None
+        prepared, shares = prepare_all(views, "Warper.warp"), None
         if self._fading is not None:
             prepared, shares = self._fading.step(prepared)
         size = frame_bytes(prepared[0], desired)

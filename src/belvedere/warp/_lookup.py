@@ -162,6 +162,28 @@ def on_surface(found: Real, delta: Real, tolerance: Real) -> bool:
 
 
 @inner
+def within(
+    color: F4, disparity: F4, corner: int, stride: int, right: int, down: int, delta: Real,
+    near: Real, value: Four,
+) -> Four:  # fmt: skip
+    """A colour kept between those of the samples of the surface round its place, if there are any.
+
+    Those are sample ``corner``, the one to its right and those below; right and down are 0 where
+    the picture ends.
+    """
+    flat, found = disparity.reshape(-1), 0
+    low, high = value, value
+    for k in range(4):
+        at = corner + (k & 1) * right + (k >> 1) * down * stride
+        if abs(flat[np.uint64(at)] - delta) <= near:
+            one = load4(color, at)
+            low = min4(low, one) if found > 0 else one
+            high = max4(high, one) if found > 0 else one
+            found += 1
+    return max4(min4(value, high), low)
+
+
+@inner
 def careful(
     color: F4, disparity: F4, u: Real, v: Real, delta: Real, tolerance: Real, weights: F4
 ) -> tuple[Four, Real]:
@@ -193,7 +215,8 @@ def careful(
             taps = add_weighted16(taps, load16(color, first + stride), row1)
             taps = add_weighted16(taps, load16(color, first + 2 * stride), row2)
             taps = add_weighted16(taps, load16(color, first + 3 * stride), row3)
-            return scale4(fold16(taps), ONE / sum_weight), ONE
+            value = scale4(fold16(taps), ONE / sum_weight)
+            return within(color, disparity, j * stride + i, stride, 1, 1, delta, near, value), ONE
     i, j = int(np.floor(u)), int(np.floor(v))
     fu, fv = u - np.float32(i), v - np.float32(j)
     weights[0, 0], weights[0, 1], weights[0, 2], weights[0, 3] = cubic_weights(fu)
@@ -222,7 +245,10 @@ def careful(
         return zero4(), ZERO
     if sum_weight < FEW:
         return load4(color, nearest), ONE
-    return scale4(total, ONE / sum_weight), ONE
+    corner, near = max(j, 0) * stride + max(i, 0), tolerance * delta + FAINT
+    right, down = int(0 <= i < stride - 1), int(0 <= j < height - 1)
+    value = scale4(total, ONE / sum_weight)
+    return within(color, disparity, corner, stride, right, down, delta, near, value), ONE
 
 
 @kernel

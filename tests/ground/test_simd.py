@@ -148,3 +148,18 @@ def test_only_contiguous_arrays_of_float32_hold_fours() -> None:
 
     with pytest.raises(Exception, match="Four needs C-contiguous float32 arrays"):
         first(np.zeros((2, 4)))
+
+
+@kernel
+def between(values: np.ndarray, out: np.ndarray) -> None:
+    low = simd.min4(simd.load4(values, 0), simd.load4(values, 1))
+    simd.store4(out, 0, low)
+    simd.store4(out, 1, simd.max4(simd.load4(values, 0), simd.load4(values, 1)))
+
+
+@pytest.mark.parametrize("form", [between, getattr(between, "py_func", between)])
+def test_the_smaller_and_the_larger_of_two_fours_are_taken_lane_by_lane(form: object) -> None:
+    values = np.array([[1, 5, -2, 0], [3, 4, -3, 0]], np.float32)
+    out = np.zeros((2, 4), np.float32)
+    form(values, out)  # type: ignore[operator]
+    np.testing.assert_array_equal(out, [[1, 4, -3, 0], [3, 5, -2, 0]])

@@ -249,7 +249,7 @@ BAD: list[Any] = ["x"]
     ("make", "text"),
     [
         (lambda f, v: bv.explain(BAD[0], v), "explain.frame is a str, expected a Frame"),
-        (lambda f, v: bv.explain(f, []), "warp.views is empty"),
+        (lambda f, v: bv.explain(f, []), "explain.views is empty"),
         (lambda f, v: bv.explain(f, [v] * 33), "explain.views are 33, expected at most 32"),
         (lambda f, v: bv.explain(f, v, surface_tolerance=2), "explain.surface_tolerance is 2"),
         (lambda f, v: bv.explain(f, v, disparity_error=-1), "explain.disparity_error is -1"),

@@ -176,7 +176,13 @@ HOME = straight_camera(8, 6)
         (None, HOME, {}, ViewError, "warp.views is a NoneType, expected a ReferenceView or"),
         (7, HOME, {}, ViewError, "warp.views is a int, expected a ReferenceView or several"),
         ([VIEW, "x"], HOME, {}, ViewError, "warp.views[1] is a str, expected a ReferenceView"),
-        (VIEW, None, {}, CameraError, "the desired view has a NoneType, but warping goes between"),
+        (
+            VIEW,
+            None,
+            {},
+            CameraError,
+            "the desired camera is a NoneType, expected a camera such as",
+        ),
         (
             VIEW,
             OrthographicCamera(np.eye(4), [0.1, 0.1], 8, 6),

@@ -66,7 +66,7 @@ def test_a_warper_prepares_a_view_once_and_forgets_the_one_unused_for_longest() 
         (lambda: bv.Warper(0, 5), "Warper.width is 0, expected a whole number from 1 to 65536"),
         (lambda: bv.Warper(5, 5, kept=0), "Warper.kept is 0, expected"),
         (lambda: bv.Warper(5, 5, threads=0), "threads is 0, expected"),
-        (lambda: bv.Warper(5, 5, quality=1), "warp has no option 'quality'"),
+        (lambda: bv.Warper(5, 5, quality=1), "Warper has no option 'quality'"),
         (
             lambda: bv.Warper(5, 5).warp(two_views(), straight_camera(40, 30)),
             "Warper.warp.camera is 40 x 30, expected 5 x 5: make one warper for each size",

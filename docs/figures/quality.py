@@ -34,8 +34,8 @@ MEASURED = (
     Dot("softmax splatting", 43, 32.56),
     Dot("inverse-bilinear splatting", 50, 31.58),
 )
-"""Milliseconds, the median of 12 warm runs that took turns, on two cores of a shared AMD EPYC server;
-and PSNR in dB: two references to one picture, 512 x 512, mean of three stations in the house."""
+"""Milliseconds, the median of 12 warm runs that took turns, on two cores of a shared AMD EPYC
+server; and PSNR in dB: two references to one picture, 512 x 512, mean of three stations."""
 
 
 def against_time() -> str:

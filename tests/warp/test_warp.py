@@ -181,7 +181,7 @@ HOME = straight_camera(8, 6)
             None,
             {},
             CameraError,
-            "the desired camera is a NoneType, expected a camera such as",
+            "the desired camera is a NoneType, expected a camera",
         ),
         (
             VIEW,

@@ -51,7 +51,8 @@ def look_up_features(
 def _land(
     frame: Frame, view: PreparedView, x: int, y: int, delta: float
 ) -> tuple[float, float, float] | None:
-    assert isinstance(frame.camera, Camera) and isinstance(view.camera, Camera)
+    assert isinstance(frame.camera, Camera)
+    assert isinstance(view.camera, Camera)
     u, v, d = (float(a) for a in project_samples(frame.camera, view.camera, x, y, delta))
     height, width = view.disparity.shape
     if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):

@@ -56,7 +56,7 @@ def test_unknown_words_are_refused_by_name(program: Program, kept_capture: Path)
 def test_ctrl_c_half_way_leaves_nothing_half_written_and_the_same_command_goes_on(
     kept_capture: Path, tmp_path: Path
 ) -> None:
-    words = [sys.executable, "-m", "belvedere", "render", str(kept_capture), "--frames", "150",
+    words = [sys.executable, "-m", "belvedere", "render", str(kept_capture), "--frames", "900",
              "--size", "160x120", "-o", str(tmp_path / "walk")]  # fmt: skip
     process = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     partial = tmp_path / ".walk.belvedere-partial"
@@ -73,8 +73,8 @@ def test_ctrl_c_half_way_leaves_nothing_half_written_and_the_same_command_goes_o
     again = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
     assert again.returncode == 0, again.stderr
     assert "from before" in again.stdout
-    assert re.search(r"rendering frames: \d+ of 150 are there, \d+ to do", again.stderr)
-    assert len(list((tmp_path / "walk").glob("frame_*.png"))) == 150
+    assert re.search(r"rendering frames: \d+ of 900 are there, \d+ to do", again.stderr)
+    assert len(list((tmp_path / "walk").glob("frame_*.png"))) == 900
     assert not partial.exists()
 
 

@@ -58,7 +58,11 @@ def test_ctrl_c_half_way_leaves_nothing_half_written_and_the_same_command_goes_o
 ) -> None:
     words = [sys.executable, "-m", "belvedere", "render", str(kept_capture), "--frames", "900",
              "--size", "160x120", "-o", str(tmp_path / "walk")]  # fmt: skip
-    process = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        words, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        # a job that a shell starts in the background hands down an ignored interrupt
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
+    )  # fmt: skip
     partial = tmp_path / ".walk.belvedere-partial"
     deadline = time.monotonic() + 60
     while not list(partial.glob("frame_0000*.png")) and time.monotonic() < deadline:

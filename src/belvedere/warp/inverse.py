@@ -48,7 +48,7 @@ def paint_inverse(
         disparity: (rows, W), NaN where nothing is known.
         coverage: (rows, W).
 
-    Memory: 36 bytes and 10 more for each reference, a pixel of the rows.
+    Memory: 37 bytes and 10 more for each reference, a pixel of the rows.
     """
     from belvedere.warp import _layers, _lookup, _surface, _surface_any
 

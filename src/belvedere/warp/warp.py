@@ -103,7 +103,7 @@ def warp(
     leave as holes.
 
     Memory: beyond the frame itself, each thread keeps working buffers for one band of at most
-    `LARGEST_BAND` pixels: for ``inverse`` 52 bytes a pixel and 10 for each reference; for ``mesh``
+    `LARGEST_BAND` pixels: for ``inverse`` 37 bytes a pixel and 10 for each reference; for ``mesh``
     24 for each reference, for ``gaussian`` 12 more, for ``offset`` 33 more (its warp buffer, four
     cells a pixel), so at most 21 MB a thread with two references. For ``point``, in bands of at
     most `LARGEST_SCATTERED` pixels, 8 bytes for each reference, for ``splat`` 12 more, and with

@@ -35,7 +35,7 @@ def kernel(function: Function) -> Function:
     allocates nothing large and knows no class. With ``NUMBA_DISABLE_JIT=1`` it runs as the plain
     Python it is, so that overruns raise.
     """
-    return njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[return-value]
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)  # type: ignore[return-value]
 
 
 def inner(function: Function) -> Function:
@@ -44,7 +44,7 @@ def inner(function: Function) -> Function:
     It allocates nothing and returns no array: without Numba's runtime no reference to its arrays is
     counted, which costs more than many a step.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function)  # type: ignore[return-value]
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True, _nrt=False)(function)  # type: ignore[return-value]
 
 
 class _CompileNotice(event.Listener):

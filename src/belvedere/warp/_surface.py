@@ -114,8 +114,9 @@ def test_quads(
     """Which of the first 2 x 2 pixel centres in its bounds each of RUN quads covers.
 
     A quad mostly holds one centre or none, so many are tested at once. Straight-line arithmetic on
-    purpose: it vectorises. Barycentric coordinates and disparity are affine: they are computed at
-    the upper left centre and stepped to the other three.
+    purpose: it vectorises. The areas that a centre spans with the four edges and the disparity are
+    affine: they are computed at the upper left centre and stepped to the other three. A quad is two
+    triangles of disparity, folded along the diagonal from b to c.
 
     Args:
         xa: (RUN,) where the upper left corners land.
@@ -142,11 +143,12 @@ def test_quads(
         out_place: (2, RUN) flat index in the band of the upper left centre, which may lie outside;
             and of the first that is covered, if any is.
         out_hits: (RUN,) how many are covered.
-        out_span: (RUN,) centres across and down, the larger; 0 for none; -1 for a quad that is not
-            drawn, behind the eye, or too large.
+        out_span: (RUN,) centres across and down, the larger, at least 3 for a quad that is bent; 0
+            for none; -1 for a quad that is not drawn, behind the eye, or too large.
     """
     right, top_most = np.float32(width - 1), np.float32(first)
     bottom = np.float32(end - 1)
+    columns, rows = np.uint32(width), np.uint32(end - first)
     for i in range(RUN):
         x00, x01, x10, x11 = xa[i], xb[i], xc[i], xd[i]
         y00, y01, y10, y11 = ya[i], yb[i], yc[i], yd[i]
@@ -161,51 +163,53 @@ def test_quads(
         span = max(across, down) + ONE
         small = whole & (span <= LARGEST_CELL) & (drawn[i] != 0)
         fits = small & (across >= ZERO) & (down >= ZERO) & (not outside)
-        few = fits & (span <= TWO)
+        # edges a to b, a to c, d to b, d to c: two triangles, a b c and d c b
+        bx, by, cx, cy = x01 - x00, y01 - y00, x10 - x00, y10 - y00
+        ex, ey, fx, fy = x01 - x11, y01 - y11, x10 - x11, y10 - y11
+        area, other = bx * cy - cx * by, fx * ey - ex * fy
+        convex = (area > ZERO) & (other > ZERO)
+        convex &= (by * ex - bx * ey > ZERO) & (cx * fy - cy * fx > ZERO)
+        facing = (area > ZERO) | (other > ZERO)
+        few = fits & convex & (span <= TWO)
+        # one of its triangles turns away, or it has a dent: each triangle by itself
+        span = span if convex or not facing else max(span, np.float32(3.0))
         out_span[i] = np.int32(span) if fits else (np.int32(0) if small else np.int32(-1))
         left, top = left if fits else ZERO, top if fits else ZERO
         out_corner[0, i], out_corner[1, i] = left, top
-        bx, by, cx, cy = x01 - x00, y01 - y00, x10 - x00, y10 - y00
-        ex, ey, fx, fy = x10 - x11, y10 - y11, x01 - x11, y01 - y11
-        area, other = bx * cy - cx * by, ex * fy - fx * ey
-        # seen from behind or edge on: no barycentric coordinate of it is inside
-        scale = ONE / area if (area > ZERO) & few else NAN
-        scale2 = ONE / other if (other > ZERO) & few else NAN
-        bx, by, cx, cy = bx * scale, by * scale, cx * scale, cy * scale
-        ex, ey, fx, fy = ex * scale2, ey * scale2, fx * scale2, fy * scale2
         px, py, qx, qy = left - x00, top - y00, left - x11, top - y11
-        wb, wc = px * cy - cx * py, bx * py - px * by
-        wd, we = qx * fy - fx * qy, ex * qy - qx * ey
-        zb4, zc4, zd4, ze4 = zb[i] - za[i], zc[i] - za[i], zc[i] - zd[i], zb[i] - zd[i]
-        upper, lower = za[i] + wb * zb4 + wc * zc4, zd[i] + wd * zd4 + we * ze4
-        upper_x, upper_y = cy * zb4 - by * zc4, bx * zc4 - cx * zb4
-        lower_x, lower_y = fy * zd4 - ey * ze4, ex * ze4 - fx * zd4
-        in_left, in_right = left >= ZERO, left + ONE <= right
-        in_top, in_bottom = top >= top_most, top + ONE <= bottom
-        in_left, in_right = in_left & (left <= right), in_right & (left + ONE >= ZERO)
-        in_top, in_bottom = in_top & (top <= bottom), in_bottom & (top + ONE >= top_most)
-        hit0 = (min(wb, wc, ONE - wb - wc) >= SLACK) & in_left & in_top
-        low0 = (min(wd, we, ONE - wd - we) >= SLACK) & in_left & in_top
-        z0 = max(upper if hit0 else lower, ZERO)
-        wb1, wc1, wd1, we1 = wb + cy, wc - by, wd + fy, we - ey
-        hit1 = (min(wb1, wc1, ONE - wb1 - wc1) >= SLACK) & in_right & in_top
-        low1 = (min(wd1, we1, ONE - wd1 - we1) >= SLACK) & in_right & in_top
-        z1 = max(upper + upper_x if hit1 else lower + lower_x, ZERO)
-        wb2, wc2, wd2, we2 = wb - cx, wc + bx, wd - fx, we + ex
-        hit2 = (min(wb2, wc2, ONE - wb2 - wc2) >= SLACK) & in_left & in_bottom
-        low2 = (min(wd2, we2, ONE - wd2 - we2) >= SLACK) & in_left & in_bottom
-        z2 = max(upper + upper_y if hit2 else lower + lower_y, ZERO)
-        wb3, wc3, wd3, we3 = wb1 - cx, wc1 + bx, wd1 - fx, we1 + ex
-        hit3 = (min(wb3, wc3, ONE - wb3 - wc3) >= SLACK) & in_right & in_bottom
-        low3 = (min(wd3, we3, ONE - wd3 - we3) >= SLACK) & in_right & in_bottom
-        z3 = max(upper + upper_x + upper_y if hit3 else lower + lower_x + lower_y, ZERO)
-        hit0, hit1, hit2, hit3 = hit0 | low0, hit1 | low1, hit2 | low2, hit3 | low3
+        # twice the areas that a centre spans with each edge: inside, all are positive
+        ab, ac = bx * py - by * px, cy * px - cx * py
+        dc, db = fx * qy - fy * qx, ey * qx - ex * qy
+        scale = ONE / area
+        zb4, zc4 = (zb[i] - za[i]) * scale, (zc[i] - za[i]) * scale
+        plane = za[i] + ac * zb4 + ab * zc4
+        plane_x, plane_y = cy * zb4 - by * zc4, bx * zc4 - cx * zb4
+        # beyond the diagonal the other triangle's plane bends away from it
+        beyond, beyond_x, beyond_y = area - ab - ac, by - cy, cx - bx
+        bend = (plane_x * (x11 - x00) + plane_y * (y11 - y00) + za[i] - zd[i]) / other
+        slack = SLACK * area
+        slack2 = SLACK * other
+        ab, ac, dc, db = ab - slack, ac - slack, dc - slack2, db - slack2
+        column, row = np.int32(left), np.int32(top) - np.int32(first)
+        in_left, in_right = np.uint32(column) < columns, np.uint32(column + np.int32(1)) < columns
+        in_top, in_bottom = np.uint32(row) < rows, np.uint32(row + np.int32(1)) < rows
+        in_top, in_bottom = in_top & few, in_bottom & few
+        hit0 = (min(ab, ac, dc, db) >= ZERO) & in_left & in_top
+        z0 = max(plane + bend * min(beyond, ZERO), ZERO)
+        ab1, ac1, dc1, db1 = ab - by, ac + cy, dc - fy, db + ey
+        hit1 = (min(ab1, ac1, dc1, db1) >= ZERO) & in_right & in_top
+        z1 = max(plane + plane_x + bend * min(beyond + beyond_x, ZERO), ZERO)
+        hit2 = (min(ab + bx, ac - cx, dc + fx, db - ex) >= ZERO) & in_left & in_bottom
+        plane, beyond = plane + plane_y, beyond + beyond_y
+        z2 = max(plane + bend * min(beyond, ZERO), ZERO)
+        hit3 = (min(ab1 + bx, ac1 - cx, dc1 + fx, db1 - ex) >= ZERO) & in_right & in_bottom
+        z3 = max(plane + plane_x + bend * min(beyond + beyond_x, ZERO), ZERO)
         z0, z1 = marked(z0, mark) if hit0 else HOLE, marked(z1, mark) if hit1 else HOLE
         z2, z3 = marked(z2, mark) if hit2 else HOLE, marked(z3, mark) if hit3 else HOLE
         out_z[0, i], out_z[1, i], out_z[2, i], out_z[3, i] = z0, z1, z2, z3
         out_z[4, i] = z0 if hit0 else z1 if hit1 else z2 if hit2 else z3
         wide = np.int32(width)
-        base = np.int32((np.int32(top) - np.int32(row_low)) * wide + np.int32(left))
+        base = np.int32((np.int32(top) - np.int32(row_low)) * wide + column)
         step = (
             np.int32(0) if hit0 else np.int32(1) if hit1 else wide if hit2 else wide + np.int32(1)
         )

@@ -70,6 +70,12 @@ def four(a: Real, b: Real, c: Real, d: Real) -> Four:
     return np.array([a, b, c, d], np.float32)
 
 
+def cubic4(f: Real) -> Four:
+    """Catmull and Rom's weights of the samples at -1, 0, 1, 2 for the place f in [0, 1]."""
+    a, b, c, d = np.array(_CUBIC, np.float32)
+    return ((a * np.float32(f) + b) * np.float32(f) + c) * np.float32(f) + d
+
+
 def sum4(a: Four) -> Real:
     """Sum of the four."""
     return (a[0] + a[1]) + (a[2] + a[3])
@@ -178,6 +184,9 @@ def mul32(a: Real, b: Real) -> Real:
     """Product of two uint32, modulo 2^32."""
     return np.uint32((int(a) * int(b)) & 0xFFFFFFFF)
 
+
+_CUBIC = (-0.5, 1.5, -1.5, 0.5), (1.0, -2.5, 2.0, -0.5), (-0.5, 0.0, 0.5, 0.0), (0.0, 1.0, 0.0, 0.0)
+"""Coefficients of the third, second, first and zeroth power in Catmull and Rom's four weights."""
 
 intrinsic: Any = numba_intrinsic  # a call of one gives no typing context: that is Numba's part
 
@@ -349,6 +358,18 @@ def _min4(typing: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def _cubic4(typing: Any, f: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        every = _every(context, builder, args[0], f, _NARROW)
+        value, *others = (ir.Constant(_NARROW, list(each)) for each in _CUBIC)
+        for other in others:
+            value = _fused(builder, value, every, other)
+        return value
+
+    return _FOUR(f), generate
+
+
+@intrinsic
 def _sum4(typing: Any, a: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         lanes = [builder.extract_element(args[0], ir.IntType(32)(n)) for n in range(4)]
@@ -498,6 +519,7 @@ _compiled(add4, lambda a, b: lambda a, b: _add(a, b))
 _compiled(scale4, lambda a, factor: lambda a, factor: _scale(a, factor))
 _compiled(max4, lambda a, b: lambda a, b: _max4(a, b))
 _compiled(min4, lambda a, b: lambda a, b: _min4(a, b))
+_compiled(cubic4, lambda f: lambda f: _cubic4(f))
 _compiled(sum4, lambda a: lambda a: _sum4(a))
 _compiled(
     kept4,

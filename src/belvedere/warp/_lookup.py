@@ -18,9 +18,10 @@ from belvedere.ground.simd import (
     add4,
     add_scaled16,
     add_weighted16,
+    cubic4,
     fold16,
-    four,
     kept4,
+    lane4,
     load4,
     load16,
     max4,
@@ -201,14 +202,12 @@ def careful(
     height, stride = disparity.shape
     if u >= ONE and v >= ONE and u < np.float32(stride - 2) and v < np.float32(height - 2):
         i, j = int(u), int(v)
-        a, b, c, d = cubic_weights(u - np.float32(i))
-        e, f, g, h = cubic_weights(v - np.float32(j))
-        first = (j - 1) * stride + i - 1
-        near, across = tolerance * delta + FAINT, four(a, b, c, d)
-        row0 = scale4(kept4(disparity, first, delta, near, across), e)
-        row1 = scale4(kept4(disparity, first + stride, delta, near, across), f)
-        row2 = scale4(kept4(disparity, first + 2 * stride, delta, near, across), g)
-        row3 = scale4(kept4(disparity, first + 3 * stride, delta, near, across), h)
+        across, along = cubic4(u - np.float32(i)), cubic4(v - np.float32(j))
+        first, near = (j - 1) * stride + i - 1, tolerance * delta + FAINT
+        row0 = scale4(kept4(disparity, first, delta, near, across), lane4(along, 0))
+        row1 = scale4(kept4(disparity, first + stride, delta, near, across), lane4(along, 1))
+        row2 = scale4(kept4(disparity, first + 2 * stride, delta, near, across), lane4(along, 2))
+        row3 = scale4(kept4(disparity, first + 3 * stride, delta, near, across), lane4(along, 3))
         sum_weight = sum4(add4(add4(row0, row1), add4(row2, row3)))
         if sum_weight >= FEW:
             taps = add_weighted16(zero16(), load16(color, first), row0)

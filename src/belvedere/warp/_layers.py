@@ -89,9 +89,10 @@ def reject_seen_through(
             continue
         for y in range(rows):
             y4 = np.float32(y + row_low)
-            mine, theirs, rims = centers[own, y], centers[n, y], edges[n, y]
-            for x in range(width):
-                asked[x] = np.uint8((rims[x] >= ZERO) | (mine[x] < theirs[x] * nearer))
+            mine, ends, theirs, rims = centers[own, y], edges[own, y], centers[n, y], edges[n, y]
+            for x in range(width):  # where it shows that surface itself it cannot look through
+                rim = (rims[x] >= ZERO) & (max(mine[x], ends[x]) < rims[x] * nearer)
+                asked[x] = np.uint8(rim | ((theirs[x] >= ZERO) & (mine[x] < theirs[x] * nearer)))
             for x_low in range(0, width, EIGHT):
                 if eights[x_low // EIGHT] == 0:
                     continue
@@ -99,9 +100,10 @@ def reject_seen_through(
                     if not asked[x]:
                         continue
                     delta, edge, x4 = theirs[x], rims[x], np.float32(x)
-                    if edge >= ZERO and looks_all_through(
-                        back, disparity, links, x4, y4, edge, nearer
-                    ):
+                    if (
+                        edge >= ZERO and max(mine[x], ends[x]) < edge * nearer
+                        and looks_all_through(back, disparity, links, x4, y4, edge, nearer)
+                    ):  # fmt: skip
                         edges[n, y, x] = HOLE
                     if (
                         delta >= ZERO and mine[x] < delta * nearer

@@ -30,6 +30,21 @@ FAINT = np.float32(1e-12)
 
 
 @inner
+def list_set(flags: U1, out_places: I4) -> int:
+    """Places of the flags that are not 0, whose number is a multiple of EIGHT; returns how many.
+
+    A loop over the flags themselves would carry every address its body needs along.
+    """
+    eights, found = flags.view(np.uint64), 0
+    for e in range(eights.size):
+        if eights[e] != 0:
+            for i in range(EIGHT * e, EIGHT * e + EIGHT):
+                out_places[found] = i
+                found += int(flags[i] != 0)
+    return found
+
+
+@inner
 def looks_through(
     back: Geometry, disparity: F4, links: U1, x4: Real, y4: Real, delta: Real, nearer: Real
 ) -> bool:
@@ -334,9 +349,9 @@ def merge_layers(
             for n in range(count):
                 centers[n, y, x] = marked(out_behind[k], UNSURE)
     rims = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.empty(rims.size, np.int32)
     partial = 0
     out_alpha.fill(ONE)
-    eights = rims.view(np.uint64)
     for y in range(rows):
         rims.fill(0)
         for n in range(count):
@@ -344,18 +359,14 @@ def merge_layers(
                 edge = edges[n, y, x]
                 cut = is_unsure(edge) & (edge >= ZERO) & (edge >= out_front[y, x] * keep)
                 rims[x] |= np.uint8(cut)
-        for x_low in range(0, width, EIGHT):
-            if eights[x_low // EIGHT] == 0:
-                continue
-            for x in range(x_low, min(x_low + EIGHT, width)):
-                if not rims[x]:
-                    continue
-                alpha, behind = part_covered(centers, edges, masks, nearness, y, x, keep, out_front)
-                if alpha < ONE:
-                    out_alpha[y, x] = alpha
-                    out_index[partial] = y * width + x
-                    out_behind[partial] = behind
-                    partial += 1
+        for k in range(list_set(rims, places)):
+            x = places[k]
+            alpha, behind = part_covered(centers, edges, masks, nearness, y, x, keep, out_front)
+            if alpha < ONE:
+                out_alpha[y, x] = alpha
+                out_index[partial] = y * width + x
+                out_behind[partial] = behind
+                partial += 1
     # only now: the loop above looks at centres next to each pixel
     for k in range(partial):
         y, x = out_index[k] // width, out_index[k] % width

@@ -98,7 +98,7 @@ def reject_seen_through(
     count, rows, width = centers.shape
     nearer = np.float32(1.0) - np.float32(tolerance)
     asked = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
-    eights = asked.view(np.uint64)
+    places = np.empty(asked.size, np.int32)
     for n in range(count):
         if n == own:
             continue
@@ -108,23 +108,19 @@ def reject_seen_through(
             for x in range(width):  # where it shows that surface itself it cannot look through
                 rim = (rims[x] >= ZERO) & (max(mine[x], ends[x]) < rims[x] * nearer)
                 asked[x] = np.uint8(rim | ((theirs[x] >= ZERO) & (mine[x] < theirs[x] * nearer)))
-            for x_low in range(0, width, EIGHT):
-                if eights[x_low // EIGHT] == 0:
-                    continue
-                for x in range(x_low, min(x_low + EIGHT, width)):
-                    if not asked[x]:
-                        continue
-                    delta, edge, x4 = theirs[x], rims[x], np.float32(x)
-                    if (
-                        edge >= ZERO and max(mine[x], ends[x]) < edge * nearer
-                        and looks_all_through(back, disparity, links, x4, y4, edge, nearer)
-                    ):  # fmt: skip
-                        edges[n, y, x] = HOLE
-                    if (
-                        delta >= ZERO and mine[x] < delta * nearer
-                        and looks_through(back, disparity, links, x4, y4, delta, nearer)
-                    ):  # fmt: skip
-                        centers[n, y, x] = HOLE
+            for k in range(list_set(asked, places)):
+                x = places[k]
+                delta, edge, x4 = theirs[x], rims[x], np.float32(x)
+                if (
+                    edge >= ZERO and max(mine[x], ends[x]) < edge * nearer
+                    and looks_all_through(back, disparity, links, x4, y4, edge, nearer)
+                ):  # fmt: skip
+                    rims[x] = HOLE
+                if (
+                    delta >= ZERO and mine[x] < delta * nearer
+                    and looks_through(back, disparity, links, x4, y4, delta, nearer)
+                ):  # fmt: skip
+                    theirs[x] = HOLE
 
 
 @kernel
@@ -214,26 +210,27 @@ def find_cracks(
                 out_front[y, x] = max(out_front[y, x], centers[n, y, x])
     found = 0
     open_pixels = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
-    eights = open_pixels.view(np.uint64)
+    places = np.empty(open_pixels.size, np.int32)
     for y in range(1, rows - 1):
-        for x in range(1, width - 1):
-            open_pixels[x] = np.uint8(out_front[y, x] < ZERO)
-        for x_low in range(0, width, EIGHT):
-            if eights[x_low // EIGHT] == 0:
-                continue
-            for x in range(x_low, min(x_low + EIGHT, width)):
-                if not open_pixels[x]:
-                    continue
-                best = HOLE
-                for n in range(count):
-                    best = max(best, across_crack(centers, n, y, x, 0, 1, keep))
-                    best = max(best, across_crack(centers, n, y, x, 1, 0, keep))
-                if best < ZERO:
-                    best = beside_edge(centers, edges, y, x, keep)
-                if best >= ZERO:
-                    out_index[found], out_value[found] = y * width + x, best
-                    out_seen[found] = 0
-                    found += 1
+        above, here, below = out_front[y - 1], out_front[y], out_front[y + 1]
+        for x in range(1, width - 1):  # most holes are wider, and no edge runs through them
+            narrow = min(here[x - 1], here[x + 1]) >= ZERO or min(above[x], below[x]) >= ZERO
+            open_pixels[x] = np.uint8((here[x] < ZERO) & narrow)
+        for n in range(count):
+            ends = edges[n, y]
+            for x in range(1, width - 1):
+                open_pixels[x] |= np.uint8((here[x] < ZERO) & (ends[x] >= ZERO))
+        for k in range(list_set(open_pixels, places)):
+            x, best = places[k], HOLE
+            for n in range(count):
+                best = max(best, across_crack(centers, n, y, x, 0, 1, keep))
+                best = max(best, across_crack(centers, n, y, x, 1, 0, keep))
+            if best < ZERO:
+                best = beside_edge(centers, edges, y, x, keep)
+            if best >= ZERO:
+                out_index[found], out_value[found] = y * width + x, best
+                out_seen[found] = 0
+                found += 1
     return found
 
 

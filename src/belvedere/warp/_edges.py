@@ -9,6 +9,7 @@ from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
 U1 = npt.NDArray[np.uint8]
 
 RIGHT = 1
@@ -89,6 +90,21 @@ def all_set(flags: U1, start: int, count: int, bits: int) -> bool:
     for i in range(count):
         held = np.uint8(held & flags[np.uint64(start + i)])
     return held & bits == bits
+
+
+@inner
+def list_set(flags: U1, out_places: I4) -> int:
+    """Places of the flags that are not 0, whose number is a multiple of EIGHT; returns how many.
+
+    A loop over the flags themselves would carry every address its body needs along.
+    """
+    eights, found = flags.view(np.uint64), 0
+    for e in range(eights.size):
+        if eights[e] != 0:
+            for i in range(EIGHT * e, EIGHT * e + EIGHT):
+                out_places[found] = i
+                found += int(flags[i] != 0)
+    return found
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.warp._edges import INTACT
+from belvedere.warp._edges import EIGHT, INTACT, list_set
 from belvedere.warp._landing import Geometry, land
 from belvedere.warp._surface import UNSURE, is_unsure, marked
 
@@ -23,25 +23,8 @@ ZERO = np.float32(0.0)
 HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 HOLE = np.float32(-1.0)
-EIGHT = 8
-"""Flags that are passed over at once where all are 0."""
 FAINT = np.float32(1e-12)
 """A disparity as good as 0: a mark of unsureness makes one of infinitely far surfaces."""
-
-
-@inner
-def list_set(flags: U1, out_places: I4) -> int:
-    """Places of the flags that are not 0, whose number is a multiple of EIGHT; returns how many.
-
-    A loop over the flags themselves would carry every address its body needs along.
-    """
-    eights, found = flags.view(np.uint64), 0
-    for e in range(eights.size):
-        if eights[e] != 0:
-            for i in range(EIGHT * e, EIGHT * e + EIGHT):
-                out_places[found] = i
-                found += int(flags[i] != 0)
-    return found
 
 
 @inner

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import bits16, bits_of, float_of, load16
-from belvedere.warp._edges import INTACT, RIM
+from belvedere.warp._edges import INTACT, RIM, list_set
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -38,8 +38,6 @@ would let a sample near the eye paint the whole view."""
 HOLE = np.float32(-1.0)
 RUN = TILE
 """Cells of a run, at most."""
-EIGHT = 8
-"""Flags that are passed over at once where all are 0."""
 SURE, UNSURE = np.uint32(0), np.uint32(1)
 
 
@@ -219,27 +217,22 @@ def test_quads(
 
 
 @inner
-def paint_quads(z: F4, place: I4, hits: I4, width: int, more: U1, flat: F4) -> None:
+def paint_quads(z: F4, place: I4, hits: I4, width: int, more: U1, listed: I4, flat: F4) -> None:
     """The nearer of what is there and what `test_quads` found; -1 changes nothing.
 
-    more is (RUN,) to work in.
+    more and listed are (RUN,) to work in.
     """
     for i in range(RUN):
         more[i] = np.uint8(hits[i] > 1)
     for i in range(RUN):
         at = np.uint32(place[1, i])
         flat[at] = max(flat[at], z[4, i])
-    eights = more.view(np.uint64)
-    for e in range(RUN // EIGHT):
-        if eights[e] == 0:
-            continue
-        for i in range(EIGHT * e, EIGHT * e + EIGHT):
-            if not more[i]:
-                continue
-            for n in range(1, 4):
-                if z[n, i] >= ZERO:
-                    at = np.uint32(place[0, i] + (n & 1) + (n >> 1) * width)
-                    flat[at] = max(flat[at], z[n, i])
+    for k in range(list_set(more, listed)):
+        i = listed[k]
+        for n in range(1, 4):
+            if z[n, i] >= ZERO:
+                at = np.uint32(place[0, i] + (n & 1) + (n >> 1) * width)
+                flat[at] = max(flat[at], z[n, i])
 
 
 @inner
@@ -410,7 +403,7 @@ def draw_parts(
         np.zeros((2, RUN), np.int32), np.zeros(RUN, np.int32), np.zeros(RUN, np.int32)
     )  # fmt: skip
     drawn, more = np.zeros(RUN, np.uint8), np.zeros(RUN, np.uint8)
-    steps = np.zeros((4, 16), np.float32)
+    listed, steps = np.zeros(RUN, np.int32), np.zeros((4, 16), np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
             continue
@@ -426,7 +419,7 @@ def draw_parts(
                 q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10], q[11], drawn,
                 UNSURE, width, row_low, first, end, corner, zs, places, hits, spans,
             )  # fmt: skip
-            paint_quads(zs, places, hits, width, more, flat)
+            paint_quads(zs, places, hits, width, more, listed, flat)
             for i in range(count):
                 if spans[i] < 0:
                     continue
@@ -475,7 +468,7 @@ def draw_surface(
         np.zeros((2, RUN), np.int32), np.zeros(RUN, np.int32), np.zeros(RUN, np.int32)
     )  # fmt: skip
     drawn, more = np.zeros(RUN, np.uint8), np.zeros(RUN, np.uint8)
-    eights, steps = more.view(np.uint64), np.zeros((4, 16), np.float32)
+    listed, steps = np.zeros(RUN, np.int32), np.zeros((4, 16), np.float32)
     ramp = np.arange(RUN + 1).astype(np.float32)
     for n in range(tiles.shape[0]):
         if tiles[n, 7] <= row_low or tiles[n, 6] >= row_high:
@@ -498,25 +491,21 @@ def draw_surface(
                 xa, ya, za, xa[1:], ya[1:], za[1:], xb, yb, zb, xb[1:], yb[1:], zb[1:], drawn,
                 SURE, width, row_low, first, end, corner, zs, places, hits, spans,
             )  # fmt: skip
-            paint_quads(zs, places, hits, width, more, flat)
+            paint_quads(zs, places, hits, width, more, listed, flat)
             for i in range(RUN):
                 rim = i < across and row[i] & RIM != 0
                 more[i] = np.uint8((rim & (spans[i] >= 0)) | (spans[i] > 2))
-            for e in range(RUN // EIGHT):
-                if eights[e] == 0:
-                    continue
-                for i in range(EIGHT * e, EIGHT * e + EIGHT):
-                    if not more[i]:
-                        continue
-                    if row[i] & RIM:
-                        mask_quad(
-                            xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i],
-                            zb[i], xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE,
-                            steps, out_edge, out_mask,
-                        )  # fmt: skip
-                    if spans[i] > 2:
-                        draw_large(
-                            xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i],
-                            zb[i], xb[i + 1], yb[i + 1], zb[i + 1], corner[0, i], corner[1, i],
-                            spans[i], width, row_low, first, end, SURE, out,
-                        )  # fmt: skip
+            for k in range(list_set(more, listed)):
+                i = listed[k]
+                if row[i] & RIM:
+                    mask_quad(
+                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
+                        xb[i + 1], yb[i + 1], width, row_low, first, end, keep, SURE, steps,
+                        out_edge, out_mask,
+                    )  # fmt: skip
+                if spans[i] > 2:
+                    draw_large(
+                        xa[i], ya[i], za[i], xa[i + 1], ya[i + 1], za[i + 1], xb[i], yb[i], zb[i],
+                        xb[i + 1], yb[i + 1], zb[i + 1], corner[0, i], corner[1, i], spans[i],
+                        width, row_low, first, end, SURE, out,
+                    )  # fmt: skip

@@ -128,6 +128,8 @@ def find_mixed(
 
     Args:
         color: (H, W, 4) linear.
+        disparity: (H, W).
+        links: (H, W) bits.
         right: (H, W) from `find_edges`.
         down: (H, W).
         row_low: first row to do.

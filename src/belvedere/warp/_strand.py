@@ -43,7 +43,10 @@ def apart(color: F4, v: int, u: int, v2: int, u2: int) -> Real:
 
 @inner
 def is_strand(disparity: F4, links: U1, v: int, u: int, dv: int, du: int) -> bool:
-    """Whether (v, u) is alone across (dv, du), before surfaces that go on, and has company along."""
+    """Whether the surface of (v, u) is one sample wide across (dv, du), before others that are not.
+
+    It must go on at one end at least: a speck is no strand.
+    """
     if links[v, u] & (MIXED | (RIGHT if du > 0 else DOWN)):
         return False
     height, width = links.shape
@@ -110,11 +113,12 @@ def strand_color(
 ) -> tuple[Real, Real, Real, Real]:
     """The colour of a strand, without what is behind it; the fourth channel is alpha."""
     width, _, _, trust = light_across(color, links, v, u, dv, du)
-    out = (
-        channel(color, v, u, dv, du, 0, width, trust), channel(color, v, u, dv, du, 1, width, trust),
-        channel(color, v, u, dv, du, 2, width, trust), channel(color, v, u, dv, du, 3, width, trust),
-    )  # fmt: skip
-    return out
+    return (
+        channel(color, v, u, dv, du, 0, width, trust),
+        channel(color, v, u, dv, du, 1, width, trust),
+        channel(color, v, u, dv, du, 2, width, trust),
+        channel(color, v, u, dv, du, 3, width, trust),
+    )
 
 
 @inner

@@ -329,15 +329,15 @@ def kept_of_railings(width_px: float, angle_deg: float) -> tuple[int, int]:
     return int(hit.sum()), int(kept.sum())
 
 
-@pytest.mark.parametrize(("width_px", "least"), [(1.0, 0.85), (1.5, 0.95), (2.0, 0.95)])
-def test_thin_railings_keep_their_pixels(width_px: float, least: float) -> None:
-    """The project asks for 95 %. Measured: 99.9 % of bars two pixels wide in the references, 99.1 %
-    of 1.5 pixels, but 85 % of one pixel: where such a bar lies half in one row of samples and half
-    in the next, no sample has its pure colour, and it comes out too faint.
+@pytest.mark.parametrize("width_px", [1.0, 1.5, 2.0])
+def test_thin_railings_keep_their_pixels(width_px: float) -> None:
+    """The project asks for 95 %. Measured: 99.9 % of bars two and 1.5 pixels wide in the
+    references, 98.9 % of one pixel; level ones that lie half in one row of samples and half in the
+    next keep 93 %.
     """
     counts = np.array([kept_of_railings(width_px, angle) for angle in BAR_ANGLES])
     assert counts[:, 0].min() > 1000
-    assert counts[:, 1].sum() >= least * counts[:, 0].sum()
+    assert counts[:, 1].sum() >= 0.95 * counts[:, 0].sum()
 
 
 def test_6_6_nine_references_leave_under_one_per_cent_of_holes_within_twenty_degrees() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from belvedere.warp import prepare
-from tests.oracles.surface import half_plane_area
+from tests.oracles.surface import half_plane_area, interval_share
 from tests.warp.worlds import straight_camera, view_of
 
 NEAR, FAR = np.array([0.9, 0.6, 0.1]), np.array([0.1, 0.2, 0.7])
@@ -109,13 +109,76 @@ def test_texture_draws_the_edge_toward_the_middle_and_never_past_it() -> None:
             assert np.all(np.abs(drawn) < 0.9 * np.abs(clear))
 
 
-def test_a_surface_one_sample_wide_has_no_pure_colour_and_keeps_its_half() -> None:
-    disparity = np.full((9, 15), 0.2, np.float32)
-    disparity[:, 7] = 0.8
-    color = np.zeros((9, 15, 4), np.float32)
-    color[:, 6, :3], color[:, 7, :3] = 0.3, 0.8
-    right, _, _ = found_edges(color, disparity)
+def strand(low: float, high: float, axis: int) -> tuple[Any, Any]:
+    """Colour and disparity of an upright or level bar from ``low`` to ``high``, samples."""
+    share = interval_share(WIDTH, low, high)
+    middle = np.arange(WIDTH)
+    hit = (middle >= low) & (middle < high)
+    color = np.zeros((HEIGHT, WIDTH, 4), np.float32)
+    color[..., :3] = share[:, None] * NEAR + (1 - share[:, None]) * FAR
+    disparity = np.broadcast_to(np.where(hit, 0.8, 0.2), (HEIGHT, WIDTH)).astype(np.float32)
+    if axis:
+        return color.transpose(1, 0, 2).copy(), disparity.T.copy()
+    return color, disparity
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("width", [1.0, 1.2, 1.5, 1.8])
+def test_a_bar_one_sample_wide_is_found_by_its_light(axis: int, width: float) -> None:
+    found_any = 0
+    for low in np.linspace(9.01, 10.99, 67):
+        color, disparity = strand(low, low + width, axis)
+        near = disparity > 0.5
+        one = near if axis == 0 else near.T
+        column = int(one[0].argmax())
+        beside = interval_share(WIDTH, low, low + width)[[column - 1, column + 1]]
+        if one[0].sum() != 1 or (width > 1.0 and beside.min() < 0.08):
+            continue  # two samples wide; or pure or not, nobody can tell
+        right, down, _ = found_edges(color, disparity)
+        edges = right if axis == 0 else down.T
+        np.testing.assert_allclose(edges[2:-2, column - 1] + column - 1, low, atol=0.02)
+        np.testing.assert_allclose(edges[2:-2, column] + column, low + width, atol=0.02)
+        view = view_of(straight_camera(*near.T.shape), disparity, color[..., :3].copy())
+        clean = prepare(view).silhouettes().color[..., :3]
+        pure = np.where(near[..., None], NEAR, FAR)
+        np.testing.assert_allclose(clean[2:-2, 2:-2], pure[2:-2, 2:-2], atol=0.02)
+        found_any += 1
+    assert found_any >= 3
+
+
+@pytest.mark.parametrize("width", [0.6, 0.8, 1.0, 1.3])
+def test_a_thin_bar_keeps_its_light_whatever_width_is_taken(width: float) -> None:
+    for low in np.linspace(9.0, 10.0, 23):
+        color, disparity = strand(low, low + width, 0)
+        columns = np.flatnonzero(disparity[0] > 0.5)
+        if columns.size != 1:
+            continue
+        right, _, _ = found_edges(color, disparity)
+        clean = prepare(view_of(straight_camera(WIDTH, HEIGHT), disparity, color[..., :3].copy()))
+        pure = clean.silhouettes().color[8, columns[0], :3]
+        taken = right[8, columns[0]] + 1.0 - right[8, columns[0] - 1]
+        light = taken * (pure - FAR) / (width * (NEAR - FAR))
+        np.testing.assert_allclose(light[pure > 0], 1.0, atol=0.03)  # no colour is below 0
+
+
+def test_before_a_texture_louder_than_it_a_bar_keeps_its_halves_and_its_colour() -> None:
+    color, disparity = strand(9.3, 10.3, 0)
+    loud = color.copy()
+    loud[:, [7, 12], :3] += 1.0
+    right, _, _ = found_edges(loud, disparity)
     assert np.all(right == 0.5)
+    view = view_of(straight_camera(WIDTH, HEIGHT), disparity, loud[..., :3].copy())
+    np.testing.assert_array_equal(prepare(view).silhouettes().color[..., :3], loud[..., :3])
+
+
+def test_a_lone_sample_is_no_bar() -> None:
+    disparity = np.full((9, 15), 0.2, np.float32)
+    disparity[4, 7] = 0.8
+    color = np.zeros((9, 15, 4), np.float32)
+    color[4, 6, :3], color[4, 7, :3] = 0.3, 0.8
+    right, down, _ = found_edges(color, disparity)
+    assert np.all(right == 0.5)
+    assert np.all(down == 0.5)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 3), (3, 2), (4, 4)])

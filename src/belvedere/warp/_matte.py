@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._edges import DOWN, EIGHT, MIXED, RIGHT, all_set, joined
+from belvedere.warp._strand import NOISE, apart, is_strand, strand_color, strand_reach
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -23,18 +24,6 @@ ONE = np.float32(1.0)
 STEPS = np.float32(254.0)
 """Places of an edge between two samples; 127 is half way, and what is not known."""
 MIDDLE = 127
-NOISE = np.float32(1e-4)
-"""Squared difference of linear colours that is nothing: a hundredth of white."""
-
-
-@inner
-def apart(color: F4, v: int, u: int, v2: int, u2: int) -> Real:
-    """Squared distance of two samples' colours."""
-    total = ZERO
-    for k in range(3):
-        step = color[v, u, k] - color[v2, u2, k]
-        total += step * step
-    return total
 
 
 @inner
@@ -56,8 +45,12 @@ def edge_between(color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, d
     less than the surfaces' own textures do, the mixture tells nothing.
     """
     v2, u2 = v + dv, u + du
+    if is_strand(disparity, links, v, u, dv, du):
+        return strand_reach(color, links, v, u, dv, du)[1]
+    if is_strand(disparity, links, v2, u2, dv, du):
+        return ONE - strand_reach(color, links, v2, u2, dv, du)[0]
     if not joined(links, v, u, -dv, -du) or not joined(links, v2, u2, dv, du):
-        return HALF  # a surface one sample wide: no pure colour
+        return HALF  # no pure colour
     va, ua, vb, ub = v - dv, u - du, v2 + dv, u2 + du
     contrast = apart(color, va, ua, vb, ub)
     texture = NOISE
@@ -113,16 +106,30 @@ def reach_toward(right: U1, down: U1, v: int, u: int, dv: int, du: int) -> Real:
     return ONE - np.float32(down[v - 1, u]) / STEPS if v > 0 else HALF
 
 
+@inner
+def mixed_in(
+    color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, du: int
+) -> tuple[Real, Real, Real, Real]:
+    """The pure colour of the surface that begins at (v, u), seen in direction (dv, du)."""
+    if is_strand(disparity, links, v, u, abs(dv), abs(du)):
+        return strand_color(color, links, v, u, abs(dv), abs(du))
+    v2, u2 = v + dv, u + du
+    return color[v2, u2, 0], color[v2, u2, 1], color[v2, u2, 2], color[v2, u2, 3]
+
+
 @kernel
 def find_mixed(
-    color: F4, right: U1, down: U1, row_low: int, row_high: int, out_sample: I4, out_pure: F4
-) -> int:
+    color: F4, disparity: F4, links: U1, right: U1, down: U1, row_low: int, row_high: int,
+    out_sample: I4, out_pure: F4,
+) -> int:  # fmt: skip
     """Samples that an edge runs through, and their colours without the other surface.
 
     An edge less than half way to the neighbour lies inside the sample's own pixel.
 
     Args:
         color: (H, W, 4) linear.
+        disparity: (H, W).
+        links: (H, W) bits.
         right: (H, W) from `find_edges`.
         down: (H, W).
         row_low: first row to do.
@@ -146,6 +153,15 @@ def find_mixed(
             left = right[v, u - 1] if u > 0 else MIDDLE
             if plain[u] and left == MIDDLE:
                 continue
+            upright = is_strand(disparity, links, v, u, 0, 1)
+            if upright or is_strand(disparity, links, v, u, 1, 0):
+                dv, du = (0, 1) if upright else (1, 0)
+                (
+                    out_pure[found, 0], out_pure[found, 1], out_pure[found, 2], out_pure[found, 3],
+                ) = strand_color(color, links, v, u, dv, du)  # fmt: skip
+                out_sample[found] = v * width + u
+                found += 1
+                continue
             worst, dv, du = HALF, 0, 0
             for n in range(4):
                 jv, ju = (0, 1) if n == 0 else (0, -1) if n == 1 else (1, 0) if n == 2 else (-1, 0)
@@ -158,8 +174,9 @@ def find_mixed(
             if worst >= HALF:
                 continue
             own = HALF + worst
+            others = mixed_in(color, disparity, links, v + dv, u + du, dv, du)
             for k in range(4):
-                other, held = color[v + 2 * dv, u + 2 * du, k], color[v, u, k]
+                other, held = others[k], color[v, u, k]
                 # a third colour is no mixture: never beyond the sample and the pure one beside it
                 beside = color[v - dv, u - du, k]
                 pure = (held - (ONE - own) * other) / own

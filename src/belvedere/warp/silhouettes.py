@@ -65,7 +65,11 @@ def find_silhouettes(
     def unmix(band: tuple[int, int]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], int]:
         room = (band[1] - band[0]) * width
         sample, pure = np.empty(room, np.int32), np.empty((room, 4), np.float32)
-        return sample, pure, _matte.find_mixed(color, right, down, *band, sample, pure)
+        return (
+            sample,
+            pure,
+            _matte.find_mixed(color, surface, links, right, down, *band, sample, pure),
+        )
 
     run_parallel(find, bands, threads)
     mixed = run_parallel(unmix, bands, threads)

@@ -107,6 +107,17 @@ def list_set(flags: U1, out_places: I4) -> int:
     return found
 
 
+@inner
+def list_lacking(links: U1, v: int, bits: int, lacks: U1, out_places: I4) -> int:
+    """Columns of row v whose flags lack one of the bits, as `list_set`.
+
+    lacks is to work in, its number a multiple of EIGHT, 0 beyond the row.
+    """
+    for u in range(links.shape[1]):
+        lacks[u] = np.uint8(links[v, u] & bits != bits)
+    return list_set(lacks, out_places)
+
+
 @kernel
 def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: U1) -> None:
     """RIGHT and DOWN bits of rows [row_low, row_high).
@@ -202,30 +213,28 @@ def mark_mixed(disparity: F4, row_low: int, row_high: int, out: U1) -> None:
     A thin object also stands unlinked on both sides, but nearer than both, and is kept.
     """
     height, width = disparity.shape
-    flat = out.reshape(-1)
+    lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(lacks.size, np.int32)
     for v in range(row_low, row_high):
-        for low in range(0, width, EIGHT):
-            count = min(EIGHT, width - low)
-            if all_set(flat, v * width + low, count, RIGHT | DOWN):
+        for k in range(list_lacking(out, v, RIGHT | DOWN, lacks, places)):
+            u = places[k]
+            d = disparity[v, u]
+            if np.isnan(d):
                 continue
-            for u in range(low, low + count):
-                d = disparity[v, u]
-                if np.isnan(d):
-                    continue
-                across = (
-                    0 < u < width - 1
-                    and not out[v, u] & RIGHT
-                    and not out[v, u - 1] & RIGHT
-                    and between(disparity[v, u - 1], d, disparity[v, u + 1])
-                )
-                along = (
-                    0 < v < height - 1
-                    and not out[v, u] & DOWN
-                    and not out[v - 1, u] & DOWN
-                    and between(disparity[v - 1, u], d, disparity[v + 1, u])
-                )
-                if across or along:
-                    out[v, u] |= MIXED
+            across = (
+                0 < u < width - 1
+                and not out[v, u] & RIGHT
+                and not out[v, u - 1] & RIGHT
+                and between(disparity[v, u - 1], d, disparity[v, u + 1])
+            )
+            along = (
+                0 < v < height - 1
+                and not out[v, u] & DOWN
+                and not out[v - 1, u] & DOWN
+                and between(disparity[v - 1, u], d, disparity[v + 1, u])
+            )
+            if across or along:
+                out[v, u] |= MIXED
 
 
 @inner
@@ -288,26 +297,24 @@ def mark_rims(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: 
     """
     height, width = disparity.shape
     keep = np.float32(1.0) - np.float32(tolerance)
-    flat = out.reshape(-1)
+    lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(lacks.size, np.int32)
     for v in range(max(row_low - 2, 0), min(row_high + 3, height)):
-        for low in range(0, width, EIGHT):
-            count = min(EIGHT, width - low)
-            if all_set(flat, v * width + low, count, SMOOTH):
+        for k in range(list_lacking(out, v, SMOOTH, lacks, places)):
+            u = places[k]
+            if undivided(out, v, u):
                 continue
-            for u in range(low, low + count):
-                if out[v, u] & SMOOTH or undivided(out, v, u):
-                    continue
-                own = disparity[v, u]
-                near = (
-                    beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
-                    or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
-                )  # fmt: skip
-                if not near:
-                    continue
-                for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
-                    for i in range(max(u - 2, 0), min(u + 2, width - 1)):
-                        if out[j, i] & INTACT and disparity[j, i] >= own * keep:
-                            out[j, i] |= np.uint8(RIM)
+            own = disparity[v, u]
+            near = (
+                beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
+                or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
+            )  # fmt: skip
+            if not near:
+                continue
+            for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
+                for i in range(max(u - 2, 0), min(u + 2, width - 1)):
+                    if out[j, i] & INTACT and disparity[j, i] >= own * keep:
+                        out[j, i] |= np.uint8(RIM)
 
 
 @inner

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.warp._edges import DOWN, EIGHT, MIXED, RIGHT, all_set, joined
+from belvedere.warp._edges import DOWN, EIGHT, MIXED, RIGHT, joined, list_lacking, list_set
 from belvedere.warp._strand import NOISE, apart, is_strand, strand_color, strand_reach
 
 F4 = npt.NDArray[np.float32]
@@ -71,27 +71,25 @@ def find_edges(
 ) -> None:
     """Where the edge runs between each sample and its right and lower neighbour, 0 to 254."""
     height, width = disparity.shape
-    flat = links.reshape(-1)
+    lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(lacks.size, np.int32)
     for v in range(row_low, row_high):
         for u in range(width):
             out_right[v, u] = MIDDLE
             out_down[v, u] = MIDDLE
-        for low in range(0, width, EIGHT):
-            count = min(EIGHT, width - low)
-            if all_set(flat, v * width + low, count, RIGHT | DOWN):
+        for k in range(list_lacking(links, v, RIGHT | DOWN, lacks, places)):
+            u = places[k]
+            bits = links[v, u]
+            if bits & MIXED or np.isnan(disparity[v, u]):
                 continue
-            for u in range(low, low + count):
-                bits = links[v, u]
-                if (bits & RIGHT and bits & DOWN) or bits & MIXED or np.isnan(disparity[v, u]):
-                    continue
-                if u + 1 < width and not bits & RIGHT and not np.isnan(disparity[v, u + 1]):
-                    out_right[v, u] = np.uint8(
-                        edge_between(color, disparity, links, v, u, 0, 1) * STEPS + HALF
-                    )
-                if v + 1 < height and not bits & DOWN and not np.isnan(disparity[v + 1, u]):
-                    out_down[v, u] = np.uint8(
-                        edge_between(color, disparity, links, v, u, 1, 0) * STEPS + HALF
-                    )
+            if u + 1 < width and not bits & RIGHT and not np.isnan(disparity[v, u + 1]):
+                out_right[v, u] = np.uint8(
+                    edge_between(color, disparity, links, v, u, 0, 1) * STEPS + HALF
+                )
+            if v + 1 < height and not bits & DOWN and not np.isnan(disparity[v + 1, u]):
+                out_down[v, u] = np.uint8(
+                    edge_between(color, disparity, links, v, u, 1, 0) * STEPS + HALF
+                )
 
 
 @inner
@@ -142,17 +140,18 @@ def find_mixed(
     """
     height, width = right.shape
     found = 0
-    plain = np.empty(width, np.uint8)
+    edged = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(edged.size, np.int32)
     for v in range(row_low, row_high):
         above = max(v - 1, 0)
         for u in range(width):
-            plain[u] = np.uint8(
-                (right[v, u] == MIDDLE) & (down[v, u] == MIDDLE) & (down[above, u] == MIDDLE)
-            )
-        for u in range(width):
-            left = right[v, u - 1] if u > 0 else MIDDLE
-            if plain[u] and left == MIDDLE:
-                continue
+            left = right[v, max(u - 1, 0)]  # no edge is known left of the first
+            edged[u] = np.uint8(
+                (right[v, u] != MIDDLE) | (left != MIDDLE)
+                | (down[v, u] != MIDDLE) | (down[above, u] != MIDDLE)
+            )  # fmt: skip
+        for k in range(list_set(edged, places)):
+            u = places[k]
             upright = is_strand(disparity, links, v, u, 0, 1)
             if upright or is_strand(disparity, links, v, u, 1, 0):
                 dv, du = (0, 1) if upright else (1, 0)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.scratch import scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 
 
@@ -102,9 +103,10 @@ def cut_parts(
 
     def cut(row: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
         room = 4 * _parts.count_broken(links, row)
-        corners, near = np.empty((_parts.CORNERS, room), np.float32), np.empty(room, np.uint8)
+        corners = scratch("parts corners", (_parts.CORNERS, room), np.float32)
+        near = scratch("parts near", (room,), np.uint8)
         count = _parts.cut_tiles(surface, links, right, down, row, corners, near, ends[row])
-        return corners[:, :count], near[:count]
+        return corners[:, :count].copy(), near[:count].copy()
 
     pieces = run_parallel(cut, range(tall), threads)
     ends[1:] += np.cumsum(ends[:-1, -1], dtype=np.int32)[:, None]

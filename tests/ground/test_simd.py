@@ -42,6 +42,12 @@ def weighted_block(
 
 
 @kernel
+def cubic(place: np.float32, out: np.ndarray) -> None:
+    """Weights of four samples, written to row 0 of ``out``."""
+    simd.store4(out, 0, simd.cubic4(place))
+
+
+@kernel
 def there_and_back(values: np.ndarray, out_bits: np.ndarray, out: np.ndarray) -> None:
     for n in range(values.size):
         out_bits[n] = simd.bits_of(values[n])
@@ -163,3 +169,13 @@ def test_the_smaller_and_the_larger_of_two_fours_are_taken_lane_by_lane(form: ob
     out = np.zeros((2, 4), np.float32)
     form(values, out)  # type: ignore[operator]
     np.testing.assert_array_equal(out, [[1, 4, -3, 0], [3, 5, -2, 0]])
+
+
+@pytest.mark.parametrize("place", [0.0, 0.25, 0.5, 0.875, 1.0])
+def test_cubic_weights_reproduce_quadratics(place: float) -> None:
+    out = np.zeros((1, 4), np.float32)
+    cubic(np.float32(place), out)
+    steps = np.arange(-1.0, 3.0)
+    for power in range(3):
+        assert np.isclose(out[0] @ steps**power, place**power, atol=1e-6)
+    np.testing.assert_allclose(out[0], simd.cubic4(place), atol=1e-6)

@@ -1,9 +1,9 @@
 """The one way to compile a kernel.
 
 ``@kernel`` is Numba's ``njit`` with the house's settings: compiled once and kept on disk, lock
-released (threads), NumPy's rules for division by zero. Only modules that hold kernels import this
-one, and they are imported where they are used: Numba costs half a second that ``import belvedere``
-must not pay.
+released (threads), NumPy's rules for division by zero, products fused with sums. Only modules that
+hold kernels import this one, and they are imported where they are used: Numba costs half a second
+that ``import belvedere`` must not pay.
 
 When compiling takes over a second in all, one line on the error stream says so, once.
 """
@@ -24,6 +24,13 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Real = Any
 """A scalar in a kernel: float32 by convention, float64 where the kernel says so."""
 
+SETTINGS: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},  # a product and a sum in one rounding; nothing else is taken lightly
+}
+
 NOTICE = "belvedere: compiling kernels (first run only) ...\n"
 NOTICE_AFTER_S = 1.0
 
@@ -35,7 +42,7 @@ def kernel(function: Function) -> Function:
     allocates nothing large and knows no class. With ``NUMBA_DISABLE_JIT=1`` it runs as the plain
     Python it is, so that overruns raise.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)  # type: ignore[return-value]
+    return njit(**SETTINGS)(function)  # type: ignore[call-overload]
 
 
 def inner(function: Function) -> Function:
@@ -44,7 +51,14 @@ def inner(function: Function) -> Function:
     It allocates nothing and returns no array: without Numba's runtime no reference to its arrays is
     counted, which costs more than many a step.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True, _nrt=False)(function)  # type: ignore[return-value]
+    return njit(
+        cache=True,
+        nogil=True,
+        error_model="numpy",
+        fastmath={"contract"},
+        forceinline=True,
+        _nrt=False,
+    )(function)  # type: ignore[return-value]
 
 
 class _CompileNotice(event.Listener):

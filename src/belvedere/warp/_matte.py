@@ -150,8 +150,8 @@ def find_mixed(
                 (right[v, u] != MIDDLE) | (left != MIDDLE)
                 | (down[v, u] != MIDDLE) | (down[above, u] != MIDDLE)
             )  # fmt: skip
-        for k in range(list_set(edged, places)):
-            u = places[k]
+        for m in range(list_set(edged, places)):
+            u = places[m]
             upright = is_strand(disparity, links, v, u, 0, 1)
             if upright or is_strand(disparity, links, v, u, 1, 0):
                 dv, du = (0, 1) if upright else (1, 0)

@@ -73,16 +73,24 @@ def paint_inverse(
         _layers.keep_one_reference(options.merge_ratio, centers, edges)
     elif count > 1:
         for n, passage in enumerate(passages):
-            _layers.reject_seen_through(
-                passage.back,
-                passage.disparity,
-                passage.links,
-                n,
-                low,
-                tolerance,
-                centers,
-                edges,
-            )
+            for k, other in enumerate(passages):
+                if k == n:
+                    continue
+                _layers.reject_seen_through(
+                    passage.back,
+                    passage.disparity,
+                    passage.links,
+                    n,
+                    other.w,
+                    other.back,
+                    other.disparity,
+                    other.links,
+                    k,
+                    low,
+                    tolerance,
+                    centers,
+                    edges,
+                )
     front = scratch("inverse front", size, np.float32)
     alpha = scratch("inverse alpha", size, np.float32)
     index = scratch("inverse index", (size[0] * size[1],), np.int32)

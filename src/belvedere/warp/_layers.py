@@ -117,8 +117,8 @@ def passes_over(delta: Real, edge: Real, cut: Real, nearer: Real) -> bool:
 
     delta and edge are the one's, cut is the edge of the other.
     """
-    same = delta >= cut * nearer and cut >= delta * nearer
-    return same and is_cut(cut) and not is_cut(edge)
+    same = (delta >= cut * nearer) & (cut >= delta * nearer)
+    return same & is_cut(cut) & (not is_cut(edge))
 
 
 @kernel
@@ -166,7 +166,7 @@ def reject_seen_through(
         for x in range(width):  # where it shows that surface itself it cannot look through
             rim = (rims[x] >= ZERO) & (max(mine[x], cuts[x]) < rims[x] * nearer)
             through = (theirs[x] >= ZERO) & (mine[x] < theirs[x] * nearer)
-            over = is_cut(cuts[x]) & (theirs[x] >= cuts[x] * nearer)
+            over = passes_over(theirs[x], rims[x], cuts[x], nearer) & (not is_unsure(theirs[x]))
             asked[x] = np.uint8(rim | through | over)
         for k in range(list_set(asked, places)):
             x = places[k]

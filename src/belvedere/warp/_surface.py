@@ -56,7 +56,7 @@ def is_unsure(delta: Real) -> bool:
 @inner
 def is_cut(edge: Real) -> bool:
     """Whether an edge is known to run through a pixel, from what it holds of `out_edge`."""
-    return is_unsure(edge) and edge >= ZERO
+    return is_unsure(edge) & (edge >= ZERO)
 
 
 @inner

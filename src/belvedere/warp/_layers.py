@@ -12,7 +12,7 @@ import numpy.typing as npt
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._edges import EIGHT, INTACT, list_set
 from belvedere.warp._landing import Geometry, land
-from belvedere.warp._surface import UNSURE, is_cut, is_unsure, marked
+from belvedere.warp._quads import UNSURE, is_cut, is_unsure, marked
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]

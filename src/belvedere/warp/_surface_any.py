@@ -19,7 +19,8 @@ import numpy.typing as npt
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.warp._edges import INTACT, RIM
 from belvedere.warp._landing import TARGET, Geometry, project, reach
-from belvedere.warp._surface import LARGEST_CELL, ONE, SURE, UNSURE, ZERO, marked, note_part
+from belvedere.warp._masks import note_part
+from belvedere.warp._quads import LARGEST_CELL, ONE, SURE, UNSURE, ZERO, marked
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -303,7 +304,7 @@ def draw_masks(
     box: tuple[int, int, int, int], row_low: int, keep: Real, mark: Real, steps: F8,
     out_edge: F4, out_mask: U2,
 ) -> None:  # fmt: skip
-    """Which sixteenths of each pixel a cell covers; as `_surface.mask_quad`."""
+    """Which sixteenths of each pixel a cell covers; as `_masks.mask_quad`."""
     width = out_edge.shape[1]
     turn = int(g[TARGET + 5])
     low = np.float32(min(quad[0, 5], quad[1, 5], quad[2, 5], quad[3, 5]))

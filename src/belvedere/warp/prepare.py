@@ -89,12 +89,12 @@ class PreparedView:
     def _bridged(
         self, disparity: npt.NDArray[np.float32], threads: int | None
     ) -> npt.NDArray[np.float32]:
-        from belvedere.warp import _edges
+        from belvedere.warp import _bridging
 
         out = np.empty(disparity.shape, np.float32)
 
         def bridge(band: tuple[int, int]) -> None:
-            _edges.bridge_gaps(disparity, self.bridge, self.edge_tolerance, *band, out)
+            _bridging.bridge_gaps(disparity, self.bridge, self.edge_tolerance, *band, out)
 
         run_parallel(bridge, row_bands(disparity.shape[0], thread_count(threads)), threads)
         return out
@@ -102,7 +102,7 @@ class PreparedView:
     def links(self, threads: int | None = None) -> npt.NDArray[np.uint8]:
         """(H, W) which neighbours share a surface; bits RIGHT, DOWN, MIXED of `_edges`."""
         if self._links is None:
-            from belvedere.warp import _edges
+            from belvedere.warp import _edges, _marks
 
             disparity = self.surface(threads)
             out = np.empty(disparity.shape, np.uint8)
@@ -112,14 +112,14 @@ class PreparedView:
                 _edges.link_samples(disparity, self.edge_tolerance, *band, out)
 
             def mark(band: tuple[int, int]) -> None:
-                _edges.mark_mixed(disparity, *band, out)
+                _marks.mark_mixed(disparity, *band, out)
 
             run_parallel(link, bands, threads)
             run_parallel(mark, bands, threads)
-            run_parallel(lambda band: _edges.mark_intact(*band, out), bands, threads)
-            run_parallel(lambda band: _edges.mark_smooth(*band, out), bands, threads)
+            run_parallel(lambda band: _marks.mark_intact(*band, out), bands, threads)
+            run_parallel(lambda band: _marks.mark_smooth(*band, out), bands, threads)
             run_parallel(
-                lambda band: _edges.mark_rims(disparity, self.edge_tolerance, *band, out),
+                lambda band: _marks.mark_rims(disparity, self.edge_tolerance, *band, out),
                 bands,
                 threads,
             )
@@ -131,7 +131,7 @@ class PreparedView:
     ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
         """As ``tile_low`` and ``tile_high``, but of the surfaces that join samples."""
         if self._surface_range is None:
-            from belvedere.warp import _edges
+            from belvedere.warp import _ranges
 
             disparity, links = self.surface(threads), self.links(threads)
             low, high = np.empty_like(self.tile_low), np.empty_like(self.tile_high)
@@ -140,7 +140,7 @@ class PreparedView:
                 samples = sample_range(disparity)
 
             def measure(band: tuple[int, int]) -> None:
-                _edges.surface_range(disparity, links, *samples, *band, low, high)
+                _ranges.surface_range(disparity, links, *samples, *band, low, high)
 
             run_parallel(measure, row_bands(low.shape[0], thread_count(threads)), threads)
             self._surface_range = low, high

@@ -84,9 +84,8 @@ def find_edges(
     height, width = disparity.shape
     flat = links.reshape(-1)
     for v in range(row_low, row_high):
-        for u in range(width):
-            out_right[v, u] = MIDDLE
-            out_down[v, u] = MIDDLE
+        out_right[v].fill(MIDDLE)
+        out_down[v].fill(MIDDLE)
         for low in range(0, width, EIGHT):
             count = min(EIGHT, width - low)
             if all_set(flat, v * width + low, count, RIGHT | DOWN):

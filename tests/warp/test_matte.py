@@ -146,6 +146,42 @@ def test_a_bar_one_sample_wide_is_found_by_its_light(axis: int, width: float) ->
     assert found_any >= 3
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("near", [True, False])
+def test_of_two_samples_between_two_edges_the_purer_is_believed(near: bool, axis: int) -> None:
+    """A board two samples wide, or a gap between two boards."""
+    found_any = 0
+    for low in np.linspace(9.01, 9.99, 33):
+        high = low + 2.1
+        color, disparity = strand(low, high, axis)
+        if not near:
+            color[..., :3], disparity = NEAR + FAR - color[..., :3], 1.0 - disparity
+        inner = np.abs(disparity - np.median(disparity)) > 0.1
+        if (inner if axis == 0 else inner.T)[0].sum() != 2:
+            continue
+        column = int((inner if axis == 0 else inner.T)[0].argmax())
+        right, down, _ = found_edges(color, disparity)
+        edges = right if axis == 0 else down.T
+        np.testing.assert_allclose(edges[2:-2, column - 1] + column - 1, low, atol=0.07)
+        np.testing.assert_allclose(edges[2:-2, column + 1] + column + 1, high, atol=0.07)
+        found_any += 1
+    assert found_any >= 10
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_surface_that_darkens_toward_its_edge_keeps_it(turned: bool) -> None:
+    """The edge is half way; its sample is darker than any mixture that leaves it its centre."""
+    row = np.array([0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.37, 0.25, 0.23, 0.23, 0.23, 0.23, 0.23])
+    near = np.arange(row.size) < 8
+    row, near = (row[::-1], near[::-1]) if turned else (row, near)
+    color = np.zeros((9, row.size, 4), np.float32)
+    color[..., :3] = row[None, :, None]
+    disparity = np.broadcast_to(np.where(near, 0.8, 0.2), (9, row.size)).astype(np.float32)
+    right, _, _ = found_edges(color, disparity)
+    column = int(np.flatnonzero(near[1:] != near[:-1])[0])
+    assert np.all(np.abs(right[:, column] - 0.5) < 0.15)
+
+
 @pytest.mark.parametrize("width", [0.6, 0.8, 1.0, 1.3])
 def test_a_thin_bar_keeps_its_light_whatever_width_is_taken(width: float) -> None:
     for low in np.linspace(9.0, 10.0, 23):

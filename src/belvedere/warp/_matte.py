@@ -24,6 +24,9 @@ ONE = np.float32(1.0)
 STEPS = np.float32(254.0)
 """Places of an edge between two samples; 127 is half way, and what is not known."""
 MIDDLE = 127
+ODDER = np.float32(3.0)
+"""How fast trust in a mixture falls with the shares in it that no edge explains. From 2 to 4,
+pictures differ by 0.02 dB; with 0 they lose 0.15 dB in the built-in house."""
 
 
 @inner
@@ -42,7 +45,9 @@ def edge_between(color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, d
     """How far the surface of (v, u) reaches toward its unlinked neighbour, 0 to 1; 1/2 if unknown.
 
     The pure colours are those of the next samples on each side. Where they hardly differ, or differ
-    less than the surfaces' own textures do, the mixture tells nothing.
+    less than the surfaces' own textures do, the mixture tells nothing; nor does it where a sample
+    has less than half of the surface that its centre is on, or the one beyond more than half:
+    shading explains that, but no straight edge.
     """
     v2, u2 = v + dv, u + du
     if is_strand(disparity, links, v, u, dv, du):
@@ -52,17 +57,23 @@ def edge_between(color: F4, disparity: F4, links: U1, v: int, u: int, dv: int, d
     if not joined(links, v, u, -dv, -du) or not joined(links, v2, u2, dv, du):
         return HALF  # no pure colour
     va, ua, vb, ub = v - dv, u - du, v2 + dv, u2 + du
-    contrast = apart(color, va, ua, vb, ub)
     texture = NOISE
+    # two samples wide: the other edge mixes one of them, and the purer one is farther from beyond
     if joined(links, va, ua, -dv, -du):
         texture += apart(color, va, ua, va - dv, ua - du)
+    elif apart(color, v, u, vb, ub) > apart(color, va, ua, vb, ub):
+        va, ua = v, u
     if joined(links, vb, ub, dv, du):
         texture += apart(color, vb, ub, vb + dv, ub + du)
+    elif apart(color, va, ua, v2, u2) > apart(color, va, ua, vb, ub):
+        vb, ub = v2, u2
+    contrast = apart(color, va, ua, vb, ub)
     if not contrast > texture:
         return HALF
-    reach = share(color, v, u, va, ua, vb, ub) + share(color, v2, u2, va, ua, vb, ub) - HALF
-    trust = ONE - texture / contrast
-    return min(max(HALF + trust * (reach - HALF), ZERO), ONE)
+    own, other = share(color, v, u, va, ua, vb, ub), share(color, v2, u2, va, ua, vb, ub)
+    odd = max(HALF - own, ZERO) + max(other - HALF, ZERO)
+    trust = (ONE - texture / contrast) * max(ONE - ODDER * odd, ZERO)
+    return min(max(HALF + trust * (own + other - ONE), ZERO), ONE)
 
 
 @kernel
@@ -74,9 +85,8 @@ def find_edges(
     lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     places = np.zeros(lacks.size, np.int32)
     for v in range(row_low, row_high):
-        for u in range(width):
-            out_right[v, u] = MIDDLE
-            out_down[v, u] = MIDDLE
+        out_right[v].fill(MIDDLE)
+        out_down[v].fill(MIDDLE)
         for k in range(list_lacking(links, v, RIGHT | DOWN, lacks, places)):
             u = places[k]
             bits = links[v, u]

@@ -54,25 +54,27 @@ def find_silhouettes(
         links: (H, W) bits of `_edges`.
         threads: how many to use.
     """
-    from belvedere.warp import _matte
+    from belvedere.warp import _matte, _straighten
 
     height, width = surface.shape
-    right, down = np.empty((2, height, width), np.uint8)
+    found = np.empty((2, height, width), np.uint8)
     bands = row_bands(height, thread_count(threads))
 
     def find(band: tuple[int, int]) -> None:
-        _matte.find_edges(color, surface, links, *band, right, down)
+        _matte.find_edges(color, surface, links, *band, found[0], found[1])
+
+    def straighten(band: tuple[int, int]) -> None:
+        _straighten.straighten_edges(found[0], found[1], surface, links, *band, right, down)
 
     def unmix(band: tuple[int, int]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], int]:
         room = (band[1] - band[0]) * width
         sample, pure = np.empty(room, np.int32), np.empty((room, 4), np.float32)
-        return (
-            sample,
-            pure,
-            _matte.find_mixed(color, surface, links, right, down, *band, sample, pure),
-        )
+        where = surface, links, right, down, *band
+        return sample, pure, _matte.find_mixed(color, *where, sample, pure)
 
     run_parallel(find, bands, threads)
+    right, down = found.copy()
+    run_parallel(straighten, bands, threads)
     mixed = run_parallel(unmix, bands, threads)
     for sample, pure, count in mixed:
         _matte.put(sample, pure, count, color.reshape(-1, 4))

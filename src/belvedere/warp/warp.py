@@ -30,6 +30,7 @@ from belvedere.warp.panoramas import (
     refuse_for_panoramas,
 )
 from belvedere.warp.prepare import PreparedView, prepare
+from belvedere.warp.reconcile import UNCHANGED, Correction, corrections
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
 
 F4 = npt.NDArray[np.float32]
@@ -149,7 +150,14 @@ def warp_prepared(
         check_planar("features are warped", desired, cameras)
     if chosen.explain:
         check_planar("explain=True asks references", desired, cameras)
-    passages = [_passage(one, desired, chosen, threads) for one in prepared]
+    shown = None if shares is None else [shares[n] for n in order]
+    mended = [UNCHANGED] * len(prepared)
+    if chosen.reconcile and chosen.reconstruction == "inverse" and isinstance(desired, Camera):
+        mended = corrections(prepared, shown, threads)
+    passages = [
+        _passage(one, desired, chosen, threads, correction)
+        for one, correction in zip(prepared, mended, strict=True)
+    ]
 
     channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
     pixels = desired.height * desired.width
@@ -164,8 +172,8 @@ def warp_prepared(
         .reshape(*desired.size, channels)
     )
     weights = nearness_weights(prepared, desired)
-    if shares is not None:
-        weights = weights * np.array([shares[n] for n in order], np.float32)
+    if shown is not None:
+        weights = weights * np.array(shown, np.float32)
         weights /= weights.sum()
     count = thread_count(threads)
 
@@ -297,14 +305,18 @@ def nearness_weights(views: Sequence[PreparedView], desired: CameraModel) -> F4:
 
 
 def _passage(
-    prepared: PreparedView, desired: CameraModel, options: WarpOptions, threads: int | None
+    prepared: PreparedView,
+    desired: CameraModel,
+    options: WarpOptions,
+    threads: int | None,
+    correction: Correction,
 ) -> Passage:
     from belvedere.warp import _tiles
 
     if not isinstance(desired, Camera) or not isinstance(prepared.camera, Camera):
         return bent_passage(prepared, desired, options, threads)
     reconstructor = RECONSTRUCTORS[options.reconstruction]
-    matrix = warp_matrix(prepared.camera, desired)
+    matrix = correction.forward(warp_matrix(prepared.camera, desired))
     height, width = prepared.disparity.shape
     low, high = prepared.tile_low, prepared.tile_high
     cut = occlusion_compatible_sheets
@@ -340,7 +352,9 @@ def _passage(
         tiles,
     )
     looks_back = reconstructor.together or options.reconstruction == "splat"
-    back = warp_matrix(desired, prepared.camera) if looks_back else np.empty((0, 4))
+    back = np.empty((0, 4))
+    if looks_back:
+        back = correction.backward(warp_matrix(desired, prepared.camera))
     return Passage(
         matrix,
         tiles[:count],
@@ -351,6 +365,7 @@ def _passage(
         desired.height,
         back.astype(np.float32).ravel(),
         prepared,
+        gain=correction.gain,
     )
 
 

@@ -16,8 +16,12 @@ ZERO, QUARTER, HALF, ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), n
 
 TERMS = 4
 """Of a shift along one axis: constant, by column, by row, by disparity."""
-UNKNOWNS = 2 * TERMS + 2
-"""The shifts along both axes, gain and offset of the brightness."""
+PLACES = 2 * TERMS + 2
+"""Unknowns that shift places: along u, along v, and the two of the perspective."""
+UNKNOWNS = PLACES + 2
+"""And gain and offset of the brightness."""
+WIDE = 16
+"""Numbers in a row of equations, with a right side and zeros: whole vectors."""
 
 COUNT, APART, COST, SHIFTED, OWN, FOUND, OWN_OWN, FOUND_FOUND, OWN_FOUND, WEIGHT = range(10)
 """Sums that `compare` makes: pixels; differences; their squares, those beyond the limit counting
@@ -91,16 +95,16 @@ def compare(
         tolerance: relative difference in disparity that is one surface.
         frame: (4,) column and row of the other's middle, one over half its longer side, and one
             over its typical disparity: a shift's terms are measured in these.
-        guess: (UNKNOWNS,) shift along u, shift along v, gain, offset.
+        guess: (UNKNOWNS,) shift along u, along v, by perspective, gain, offset.
         limit: difference in brightness from which on a pixel counts less and less.
-        out_system: (UNKNOWNS, UNKNOWNS + 1) upper half of the normal equations of the change of
-            the guess, and their right side; added to.
+        out_system: (UNKNOWNS, WIDE) normal equations of the change of the guess, their right side,
+            and zeros; added to.
         out_sums: (SUMS,), added to.
     """
     tall, wide = image.shape
     height, width = disparity.shape
     step, middle = ONE / np.float32(size), HALF * np.float32(size - 1)
-    base, row = np.ones(TERMS, np.float32), np.empty(UNKNOWNS + 1, np.float32)
+    base, row = np.ones(TERMS, np.float32), np.zeros(WIDE, np.float64)
     for j in range(stride // 2, own_image.shape[0], stride):
         for i in range(stride // 2, own_image.shape[1], stride):
             x, y = np.float32(i * size) + middle, np.float32(j * size) + middle
@@ -124,7 +128,8 @@ def compare(
                 continue
             base[1], base[2] = (u - frame[0]) * frame[2], (v - frame[1]) * frame[2]
             base[3] = landed * frame[3] - ONE
-            du, dv = ZERO, ZERO
+            tilt = guess[2 * TERMS] * base[1] + guess[2 * TERMS + 1] * base[2]
+            du, dv = tilt * base[1], tilt * base[2]
             for k in range(TERMS):
                 du += guess[k] * base[k]
                 dv += guess[TERMS + k] * base[k]
@@ -133,16 +138,19 @@ def compare(
                 continue
             found, along_p, along_q = between(image, p, q)
             own = own_image[j, i]
-            apart = guess[2 * TERMS] * own + guess[2 * TERMS + 1] - found
+            apart = guess[PLACES] * own + guess[PLACES + 1] - found
             ratio = apart / limit
             damped = ONE / (ONE + ratio * ratio)
             weight = damped * damped
+            along_p, along_q = along_p * step, along_q * step
             for k in range(TERMS):
-                row[k], row[TERMS + k] = along_p * step * base[k], along_q * step * base[k]
-            row[2 * TERMS], row[2 * TERMS + 1], row[UNKNOWNS] = -own, -ONE, apart
+                row[k], row[TERMS + k] = along_p * base[k], along_q * base[k]
+            outward = along_p * base[1] + along_q * base[2]
+            row[2 * TERMS], row[2 * TERMS + 1] = outward * base[1], outward * base[2]
+            row[PLACES], row[PLACES + 1], row[UNKNOWNS] = -own, -ONE, apart
             for m in range(UNKNOWNS):
                 share = weight * row[m]
-                for n in range(m, UNKNOWNS + 1):
+                for n in range(WIDE):  # whole vectors, though half of it is known by symmetry
                     out_system[m, n] += share * row[n]
             out_sums[COUNT] += ONE
             out_sums[APART] += abs(apart)

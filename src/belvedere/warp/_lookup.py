@@ -254,8 +254,8 @@ def careful(
 @kernel
 def look_up(
     back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
-    row_low: int, nearness: Real, gain: Real, surface_tolerance: Real, tap_tolerance: Real, first: bool,
-    out_color: F4, out_weight: F4,
+    row_low: int, nearness: Real, gain: Real, surface_tolerance: Real, tap_tolerance: Real,
+    first: bool, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
@@ -316,7 +316,8 @@ def look_up(
                     value, sees = careful(color, disparity, u, v, landed, tap, weights)
                     weight = own * EDGE_WEIGHT * sees
                 index = begin + i
-                store4(out_color, index, add4(load4(out_color, index), scale4(value, weight * bright)))
+                value = scale4(value, weight * bright)
+                store4(out_color, index, add4(load4(out_color, index), value))
                 flat_weight[np.uint64(index)] += weight
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,10 @@ from belvedere.warp.prepare import PreparedView
 
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
+
+SMALLEST = 64
+"""Samples along the shorter side of a picture that can be compared with another."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correction:
@@ -60,21 +65,25 @@ def corrections(
         shares: (n,) how much each counts in the mean, above 0; None for equally.
         threads: how many to use. The result does not depend on it.
     """
-    if len(views) < 2 or not all(isinstance(one.camera, Camera) for one in views):
+    if len(views) < 2 or not all(_comparable(one) for one in views):
         return [UNCHANGED] * len(views)
-    pairs = [(a, b) for a in views for b in views if a is not b]
-    missing = [(a, b) for a, b in pairs if a not in b.compared]
+    pairs = combinations(views, 2)
+    missing = [(a, b) for a, b in pairs if a is not b and a not in b.compared]
     if missing:
         from belvedere.warp.disagreement import measure
 
         for view in views:
             view.brightness(threads)  # now, and not in threads, which must not start more
         found = run_parallel(lambda pair: measure(*pair), missing, threads)
-        for (a, b), one in zip(missing, found, strict=True):
-            b.compared[a] = one
+        for (a, b), (second, first) in zip(missing, found, strict=True):
+            b.compared[a], a.compared[b] = second, first
     part = np.ones(len(views)) if shares is None else np.asarray(shares, np.float64)
     part = part / part.sum()
     return [_correction(view, views, part) for view in views]
+
+
+def _comparable(view: PreparedView) -> bool:
+    return isinstance(view.camera, Camera) and min(view.disparity.shape) >= SMALLEST
 
 
 def _correction(view: PreparedView, views: Sequence[PreparedView], part: F8) -> Correction:
@@ -84,7 +93,7 @@ def _correction(view: PreparedView, views: Sequence[PreparedView], part: F8) -> 
         return UNCHANGED
     place = np.eye(4)
     for share, one in asked:
-        place[:2] += share * one.shift
+        place[:3] += share * one.shift
     exposure = sum(share * one.exposure for share, one in asked)
     # what is scaled is all channels of a colour, and alpha must stay
     gain = math.exp(-exposure) if view.color.shape[2] == 3 else 1.0

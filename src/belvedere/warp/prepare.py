@@ -40,7 +40,8 @@ class PreparedView:
     holds the view's pixels as they were: prepare again after changing them.
 
     Memory: 4 bytes a sample for what `point` and `splat` scatter; for the others 5 for surfaces and
-    edges, and 16 for linear colour. Each only once a reconstruction that needs it was used.
+    edges, 16 for linear colour, and 1.3 to compare references. Each only once a reconstruction
+    that needs it was used.
     """
 
     view: ReferenceView
@@ -59,9 +60,11 @@ class PreparedView:
     _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     _carried: npt.NDArray[np.uint32] | None = field(default=None, repr=False)
     _silhouettes: Silhouettes | None = field(default=None, repr=False)
-    _brightness: dict[int, npt.NDArray[np.float32]] = field(default_factory=dict, repr=False)
+    _brightness: dict[int, npt.NDArray[np.float32]] = field(
+        default_factory=dict, init=False, repr=False
+    )
     compared: WeakKeyDictionary[PreparedView, Disagreement] = field(
-        default_factory=WeakKeyDictionary, repr=False
+        default_factory=WeakKeyDictionary, init=False, repr=False
     )
     """How this reference shows what others see; see `reconcile`."""
 

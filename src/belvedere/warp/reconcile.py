@@ -1,14 +1,16 @@
 """What to do about references that do not agree: captures whose poses and exposures are not exact.
 
 Two references are compared on the surfaces that both see: by how many pixels does the other show
-them beside the place that depth and poses tell, and how much brighter? Shifts are affine in the
-place and in disparity, which is what a small error of orientation, position, focal length or clock
-(rolling shutter) makes of a picture. Each reference is then moved onto the mean of all, and its
+them beside the place that depth and poses tell, and how much brighter? A shift is a projective
+map near the identity plus a step along one direction for each unit of disparity, which is what
+small errors of orientation, position, focal length and clock (rolling shutter) make of a picture.
+Such maps compose with the warp matrix, so a frame does not take longer. Each reference is moved
+onto the mean of all, wherever the desired eye is: what is seen does not swim as one walks. Its
 colours are scaled to the mean exposure. What is below the errors of comparing is left alone, so
 that exact references stay as they are, to the last bit.
 
-Source: Lucas and Kanade's registration by least squares, on surfaces instead of windows; that
-pictures are registered before they are blended is the idea of floating textures (Eisemann 2008).
+Source: lucas1981registration for least squares, here over surfaces instead of windows; that
+pictures are registered before they are blended is the idea of eisemann2008floating.
 """
 
 from __future__ import annotations

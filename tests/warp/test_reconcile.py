@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from belvedere.ground.errors import InputError
 from belvedere.scene import Camera, ReferenceView
 from belvedere.studio.metrics import psnr
 from belvedere.warp import PreparedView, Warper, prepare, warp, warp_matrix
-from belvedere.warp.disagreement import measure
+from belvedere.warp.disagreement import _shifts_are_believed, measure
 from belvedere.warp.reconcile import UNCHANGED, Correction, corrections
 from tests.oracles.reconcile import blocks, differences
 from tests.warp.worlds import FORWARD_Y, noise, plane_disparity, same, straight_camera
@@ -130,6 +130,34 @@ def test_pictures_of_different_things_are_said_to_agree() -> None:
     for other in strange:
         for pair in ((exact, other), (other, exact), (other, other)):
             assert all(found.is_none for found in measure(*map(ready, pair)))
+
+
+@dataclass
+class Measured:
+    """What a comparison came to."""
+
+    shift_px: float = 1.0
+    gained: float = 0.1
+    alike: bool = True
+    reach_px: float = 2.0
+
+    def saved(self) -> float:
+        return self.gained
+
+
+@pytest.mark.parametrize(
+    "doubt", [{"shift_px": 0.1}, {"gained": 0.01}, {"alike": False}, {"reach_px": 40.0}]
+)
+def test_a_shift_is_believed_if_it_is_large_useful_alike_and_not_absurd(
+    doubt: dict[str, Any],
+) -> None:
+    def believed(*both: Measured) -> bool:
+        return _shifts_are_believed(both)  # type: ignore[arg-type]
+
+    assert believed(Measured(), Measured())
+    assert not believed(Measured(**doubt), Measured(**doubt))
+    one_sided = believed(Measured(), Measured(**doubt))
+    assert one_sided == (doubt.keys() <= {"shift_px", "gained"})  # those two are averaged
 
 
 def test_the_kernel_adds_up_what_a_slow_twin_does() -> None:
@@ -270,6 +298,20 @@ def test_the_picture_does_not_depend_on_threads_order_or_who_warped_before() -> 
     assert same(frame, warp(held, desired))
     assert same(frame, Warper(301, 203).warp([first, second, third], desired))
     assert not same(frame, warp(held, desired, reconcile=False))
+
+
+def test_a_reference_that_fades_in_moves_the_others_little_by_little() -> None:
+    first, second, _ = astray()
+    views = [prepare(first), prepare(second)]
+    desired = at((0.1, 0.05, 0.0))
+    alone = warp(views[0], desired)
+    warper = Warper(*SIZE, cross_fade=16)
+    warper.warp(views[0], desired)
+    entering = warper.warp(views, desired)
+    inside = (alone.coverage == 1) & (entering.coverage == 1)
+    near = psnr(entering.color, alone.color, inside)
+    assert near > psnr(warp(views, desired).color, alone.color, inside) + 12  # measured 17.5
+    assert near > 45  # measured 51.3
 
 
 def test_alpha_is_not_exposed() -> None:

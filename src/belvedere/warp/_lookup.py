@@ -253,8 +253,8 @@ def careful(
 @kernel
 def look_up(
     back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
-    row_low: int, nearness: Real, surface_tolerance: Real, tap_tolerance: Real, first: bool,
-    out_color: F4, out_weight: F4,
+    row_low: int, nearness: Real, gain: Real, surface_tolerance: Real, tap_tolerance: Real,
+    first: bool, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
@@ -268,6 +268,7 @@ def look_up(
         front: (rows, width) disparity that is shown, -1 = none.
         row_low: desired row of the first.
         nearness: weight of this reference.
+        gain: factor of its colours.
         surface_tolerance: relative difference of layer and front that are one surface.
         tap_tolerance: relative difference of samples that may be mixed.
         first: whether sums begin here, whatever the outputs hold.
@@ -278,6 +279,7 @@ def look_up(
     height, stride = links.shape
     keep, own = ONE - np.float32(surface_tolerance), np.float32(nearness)
     tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
+    bright = np.float32(gain)
     last_u, last_v = np.float32(stride + 1), np.float32(height + 1)
     taps, corners = np.zeros((11, CHUNK), np.float32), np.zeros(CHUNK, np.int32)
     ramp, shown = np.arange(CHUNK).astype(np.float32), np.zeros(CHUNK, np.uint8)
@@ -313,14 +315,15 @@ def look_up(
                     value, sees = careful(color, disparity, u, v, landed, tap, weights)
                     weight = own * EDGE_WEIGHT * sees
                 index = begin + i
-                store4(out_color, index, add4(load4(out_color, index), scale4(value, weight)))
+                value = scale4(value, weight * bright)
+                store4(out_color, index, add4(load4(out_color, index), value))
                 flat_weight[np.uint64(index)] += weight
 
 
 @kernel
 def look_up_behind(
     back: Geometry, color: F4, disparity: F4, index: I4, delta: F4, count: int, width: int,
-    row_low: int, nearness: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
+    row_low: int, nearness: Real, gain: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """As `look_up`, for what is behind the nearest surface in some pixels.
 
@@ -334,12 +337,14 @@ def look_up_behind(
         width: of the desired view.
         row_low: desired row of pixel 0.
         nearness: weight of this reference.
+        gain: factor of its colours.
         tap_tolerance: relative difference of samples that may be mixed.
         out_color: (count, 4) sum.
         out_weight: (count,) sum.
     """
     height, stride = disparity.shape
     tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
+    bright = np.float32(gain)
     last_u, last_v = np.float32(stride + 1), np.float32(height + 1)
     for k in range(count):
         own = delta[k]
@@ -351,7 +356,7 @@ def look_up_behind(
             continue
         value, sees = careful(color, disparity, u, v, own * scale, tap, weights)
         weight = np.float32(nearness) * sees
-        store4(out_color, k, add4(load4(out_color, k), scale4(value, weight)))
+        store4(out_color, k, add4(load4(out_color, k), scale4(value, weight * bright)))
         out_weight[k] += weight
 
 

@@ -62,6 +62,7 @@ def gather_features(
     nearest_only: bool,
     tolerance: float,
     threads: int | None,
+    backs: Sequence[F4] | None = None,
     out: F4 | None = None,
 ) -> F4:
     """The features of what a frame shows.
@@ -77,6 +78,7 @@ def gather_features(
         nearest_only: whether the first reference that sees a pixel is taken alone.
         tolerance: relative difference in disparity that is one surface.
         threads: how many to use.
+        backs: (12,) matrix from the frame to each reference; None for what their cameras say.
         out: (H, W, C) memory for the result; None for new one.
 
     Returns:
@@ -94,6 +96,8 @@ def gather_features(
     rule = _backward.LARGEST if feature_filter == "nearest" else _backward.ALL
     rule = _backward.FIRST if nearest_only else rule
     asked = [ask(one, desired, threads) for one in views]
+    if backs is not None:
+        asked = [(back, *one[1:]) for back, one in zip(backs, asked, strict=True)]
     flat, whole = [_flat(one) for one in views], [one.features_whole for one in views]
 
     def work(rows: tuple[int, int]) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, ReferenceView
 from belvedere.warp.manifold import central
 from belvedere.warp.silhouettes import Silhouettes, find_silhouettes
+
+if TYPE_CHECKING:
+    from belvedere.warp.disagreement import Disagreement
 
 EDGE_TOLERANCE = 0.05
 """Relative jump in disparity between neighbouring samples that is still one surface. Sensor noise
@@ -36,7 +40,8 @@ class PreparedView:
     holds the view's pixels as they were: prepare again after changing them.
 
     Memory: 4 bytes a sample for what `point` and `splat` scatter; for the others 5 for surfaces and
-    edges, and 16 for linear colour. Each only once a reconstruction that needs it was used.
+    edges, 16 for linear colour, and 1.3 to compare references. Each only once a reconstruction
+    that needs it was used.
     """
 
     view: ReferenceView
@@ -55,6 +60,13 @@ class PreparedView:
     _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     _carried: npt.NDArray[np.uint32] | None = field(default=None, repr=False)
     _silhouettes: Silhouettes | None = field(default=None, repr=False)
+    _brightness: dict[int, npt.NDArray[np.float32]] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    compared: WeakKeyDictionary[PreparedView, Disagreement] = field(
+        default_factory=WeakKeyDictionary, init=False, repr=False
+    )
+    """How this reference shows what others see; see `reconcile`."""
 
     @property
     def color(self) -> npt.NDArray[Any]:
@@ -180,6 +192,28 @@ class PreparedView:
                 linear, self.surface(threads), self.links(threads), threads
             )
         return self._silhouettes
+
+    def brightness(self, threads: int | None = None) -> dict[int, npt.NDArray[np.float32]]:
+        """Roots of mean radiance of 2 x 2, 4 x 4 and 8 x 8 samples, by the side of the square."""
+        if not self._brightness:
+            from belvedere.warp import _compare
+
+            color = self.silhouettes(threads).color
+            half = np.empty((color.shape[0] // 2, color.shape[1] // 2), np.float32)
+            run_parallel(
+                lambda band: _compare.halve_color(
+                    color[2 * band[0] : 2 * band[1]], half[slice(*band)]
+                ),
+                row_bands(half.shape[0], thread_count(threads)),
+                threads,
+            )
+            images = {2: half}
+            for size in (4, 8):
+                finer = images[size // 2]
+                images[size] = np.empty((finer.shape[0] // 2, finer.shape[1] // 2), np.float32)
+                _compare.halve(finer, images[size])
+            self._brightness = images
+        return self._brightness
 
 
 def prepare(

@@ -7,7 +7,7 @@ samples as they are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -140,6 +140,9 @@ class WarpOptions:
     """Whether holes are filled, from the farther side; filled pixels are marked in the frame."""
     surface_tolerance: float = SURFACE_TOLERANCE
     """Relative difference in disparity up to which samples or layers show one surface."""
+    reconcile: bool = True
+    """Whether planar references that disagree, by some pixels or in exposure, are brought to their
+    mean first; "inverse" does, see `reconcile`."""
     splat: SplatOptions = SplatOptions()
     gaussian: GaussianOptions = GaussianOptions()
     offset: OffsetOptions = OffsetOptions()
@@ -156,8 +159,9 @@ class WarpOptions:
         check_choice(owner, "composite", self.composite, ("blend", "nearest", "fuzzy"))
         check_choice(owner, "fill", self.fill, ("none", "background"))
         check_choice(owner, "feature_filter", self.feature_filter, FEATURE_FILTERS)
-        if not isinstance(self.explain, bool):
-            raise InputError(f"{owner}.explain is {self.explain!r}, expected True or False")
+        for name, value in (("explain", self.explain), ("reconcile", self.reconcile)):
+            if not isinstance(value, bool):
+                raise InputError(f"{owner}.{name} is {value!r}, expected True or False")
         check_number(owner, "surface_tolerance", self.surface_tolerance, 0.0, 1.0)
         for name, value, kind in (
             ("splat", self.splat, SplatOptions),
@@ -201,6 +205,8 @@ class Passage:
     for who needs none."""
     prepared: PreparedView
     """What the reference's view was prepared to."""
+    gain: float = field(default=1.0, kw_only=True)
+    """Factor of its linear colours, so that references are exposed alike."""
 
     @property
     def silhouettes(self) -> Silhouettes:

@@ -56,7 +56,7 @@ class Warper:
         InputError: a size, a count, an option or a value it does not take.
 
     Memory: 11 to 24 bytes a pixel for the frame, 4 for each channel of features, and for each
-    remembered view up to 54 bytes a sample beside its own pixels. With ``cross_fade`` up to
+    remembered view up to 56 bytes a sample beside its own pixels. With ``cross_fade`` up to
     `LEAVING_VIEWS` references more are remembered and warped while they leave.
     """
 

@@ -48,6 +48,11 @@ PLACES = np.float32(65536.0)
 SPARE = TILE
 """Cells behind a layer that take the samples that land nowhere: one for each column of a tile, so
 that no two stores in a row wait for one another."""
+RUN = 4
+"""Columns of the table of runs; see `list_runs`."""
+NOISE = 2.0**-20
+"""Bound on what ``float32`` adds to a sum of four products, for each unit of their sizes: eight
+roundings, each of half a step of 2^-23."""
 
 
 @kernel
@@ -159,24 +164,90 @@ def keep_nearest(
             out_place[cell] = places[i] if nearer else out_place[cell]
 
 
+@kernel
+def list_runs(tiles: I4, out_runs: I4) -> int:
+    """Find the tiles that stand side by side in one sheet.
+
+    tiles is (n, FIELDS) from `list_tiles`; out_runs (n, RUN) gets for each run its first tile, the
+    one after its last, and the rows [low, high) of the desired view that its tiles can reach.
+    Returns how many runs there are.
+    """
+    count = 0
+    for n in range(tiles.shape[0]):
+        same = count > 0
+        for column in range(2, 6):
+            same = same and tiles[n, column] == tiles[max(n - 1, 0), column]
+        if not same:
+            out_runs[count, 0], out_runs[count, 2], out_runs[count, 3] = n, tiles[n, 6], tiles[n, 7]
+            count += 1
+        run = out_runs[count - 1]
+        run[1] = n + 1
+        run[2], run[3] = min(run[2], tiles[n, 6]), max(run[3], tiles[n, 7])
+    return count
+
+
 @inner
-def row_of_tiles(tiles: I4, begin: int) -> int:
-    """Where the tiles end that stand side by side in one sheet, from ``begin`` on."""
-    end = begin + 1
-    while end < tiles.shape[0] and (
-        (tiles[end, 2] == tiles[begin, 2])
-        & (tiles[end, 3] == tiles[begin, 3])
-        & (tiles[end, 4] == tiles[begin, 4])
-        & (tiles[end, 5] == tiles[begin, 5])
-    ):
-        end += 1
-    return end
+def rows_beyond(
+    w: F4, bar: float, side: float, u_low: int, u_end: int, v_low: int, v_end: int, low: Real,
+    high: Real,
+) -> tuple[int, int]:  # fmt: skip
+    """Rows [first, end) of a tile from which samples can land on one side of a desired row.
+
+    Beyond the bar is ``side (s - bar t) >= 0``, which is linear: no division, and true on both
+    sides of the eye's plane. What ``float32`` may make of it counts as well, so that a sample that
+    lands where it should not is kept or lost whatever band it is asked for.
+
+    Args:
+        w: (12,) warp matrix.
+        bar: the row.
+        side: 1 for what is below it, -1 for what is above.
+        u_low: the tile's columns [u_low, u_end).
+        u_end: the same.
+        v_low: and its rows [v_low, v_end).
+        v_end: the same.
+        low: its smallest disparity.
+        high: and its largest.
+    """
+    reach = abs(bar)
+    noise = NOISE * (
+        (abs(w[4]) + reach * abs(w[8])) * u_end + (abs(w[5]) + reach * abs(w[9])) * v_end
+        + abs(w[6]) + reach * abs(w[10]) + (abs(w[7]) + reach * abs(w[11])) * high
+    )  # fmt: skip
+    if not noise < np.inf:
+        return v_low, v_end
+    across, along = side * (w[4] - bar * w[8]), side * (w[5] - bar * w[9])
+    near = side * (w[7] - bar * w[11])
+    most = side * (w[6] - bar * w[10]) + noise
+    most += max(across * u_low, across * (u_end - 1)) + max(near * low, near * high)
+    if along > 0.0:
+        return int(min(max(np.ceil(-most / along), float(v_low)), float(v_end))), v_end
+    if along < 0.0:
+        return v_low, int(max(min(np.floor(most / -along) + 1.0, float(v_end)), float(v_low)))
+    return v_low, v_end if most >= 0.0 else v_low
+
+
+@inner
+def rows_that_land(
+    w: F4, tiles: I4, n: int, low: F4, high: F4, y_low: int, y_end: int
+) -> tuple[int, int]:
+    """Rows [first, end) of a tile that can land in rows [y_low, y_end) of the desired view."""
+    v_low, v_end = tiles[n, 3], tiles[n, 4]
+    if tiles[n, 7] <= y_low or tiles[n, 6] >= y_end:
+        return v_low, v_low
+    if tiles[n, 6] >= y_low and tiles[n, 7] <= y_end:
+        return v_low, v_end
+    u_low, u_end, tv, tu = tiles[n, 0], tiles[n, 1], v_low // TILE, tiles[n, 0] // TILE
+    least, most = np.float64(low[tv, tu]), np.float64(high[tv, tu])
+    first, end = rows_beyond(w, y_low - 1.5, 1.0, u_low, u_end, v_low, v_end, least, most)
+    above, below = rows_beyond(w, y_end + 0.5, -1.0, u_low, u_end, v_low, v_end, least, most)
+    return max(first, above), min(end, below)
 
 
 @kernel
 def scatter(
-    w: F4, disparity: F4, carried: U4, tiles: I4, halo: int, y_low: int, columns: int, rows: int,
-    height: int, by_order: bool, out_word: I8, out_place: U4 | None,
+    w: F4, disparity: F4, carried: U4, tiles: I4, runs: I4, low: F4, high: F4, halo: int,
+    y_low: int, columns: int, rows: int, height: int, by_order: bool, out_word: I8,
+    out_place: U4 | None,
 ) -> None:  # fmt: skip
     """Each sample lands in the one cell whose square holds it.
 
@@ -185,6 +256,9 @@ def scatter(
         disparity: (H, W).
         carried: (H, W) what each sample takes along.
         tiles: (n, FIELDS) from `list_tiles`.
+        runs: (n, RUN) from `list_runs`.
+        low: smallest disparity of each tile of the reference.
+        high: the largest.
         halo: cells left of the desired view's first column.
         y_low: desired row of the first cell, at least -halo.
         columns: cells across.
@@ -196,24 +270,29 @@ def scatter(
             cell's upper left corner in 1 / PLACES of it, the latter in the upper half; written
             where a sample is seen.
     """
-    none = rows * columns
+    none, y_end = rows * columns, y_low + rows
     out_word[:none] = EMPTY
     cells = np.empty(TILE, np.uint32)
     words = np.empty(TILE, np.int64)
     places = None if out_place is None else np.empty(TILE, np.uint32)
-    begin = 0
-    while begin < tiles.shape[0]:
-        end = row_of_tiles(tiles, begin)
+    spans = np.empty((low.shape[1] + 2, 2), np.int32)
+    for run in range(runs.shape[0]):
+        begin, end = runs[run, 0], runs[run, 1]
+        if runs[run, 2] >= y_end or runs[run, 3] <= y_low:
+            continue
+        for n in range(begin, end):
+            span = rows_that_land(w, tiles, n, low, high, y_low, y_end)
+            spans[n - begin, 0], spans[n - begin, 1] = span
         for j in range(tiles[begin, 4] - tiles[begin, 3]):
             v = tiles[begin, 3] + j if tiles[begin, 5] > 0 else tiles[begin, 4] - 1 - j
             for n in range(begin, end):
-                if tiles[n, 7] <= y_low or tiles[n, 6] >= y_low + rows:
+                if v < spans[n - begin, 0] or v >= spans[n - begin, 1]:
                     continue
                 u_low, u_end = tiles[n, 0], tiles[n, 1]
                 # what float32 lands outside the tile's float64 bounds is noise: the same for
                 # every band
                 top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
-                bottom = min(tiles[n, 7], y_low + rows) if tiles[n, 7] < height else y_low + rows
+                bottom = min(tiles[n, 7], y_end) if tiles[n, 7] < height else y_end
                 land_row(
                     w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end], halo, y_low,
                     columns, top, bottom, none, cells, words, places,
@@ -222,4 +301,3 @@ def scatter(
                     keep_last(cells, words, places, u_end - u_low, tiles[n, 2], out_word, out_place)
                 else:
                     keep_nearest(cells, words, places, u_end - u_low, out_word, out_place)
-        begin = end

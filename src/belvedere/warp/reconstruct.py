@@ -201,6 +201,8 @@ class Passage:
     for who needs none."""
     prepared: PreparedView
     """What the reference's view was prepared to."""
+    runs: npt.NDArray[np.int32]
+    """(n, RUN) tiles that stand side by side, for who scatters; see `_scatter.list_runs`."""
 
     @property
     def silhouettes(self) -> Silhouettes:

@@ -300,6 +300,7 @@ def _passage(
     prepared: PreparedView, desired: CameraModel, options: WarpOptions, threads: int | None
 ) -> Passage:
     from belvedere.warp import _tiles
+    from belvedere.warp.scatter import runs_of
 
     if not isinstance(desired, Camera) or not isinstance(prepared.camera, Camera):
         return bent_passage(prepared, desired, options, threads)
@@ -341,9 +342,10 @@ def _passage(
     )
     looks_back = reconstructor.together or options.reconstruction == "splat"
     back = warp_matrix(desired, prepared.camera) if looks_back else np.empty((0, 4))
+    tiles = tiles[:count]
     return Passage(
         matrix,
-        tiles[:count],
+        tiles,
         options,
         prepared.color if reconstructor.scatters else prepared.linear(threads),
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
@@ -351,6 +353,7 @@ def _passage(
         desired.height,
         back.astype(np.float32).ravel(),
         prepared,
+        runs_of(tiles) if reconstructor.scatters else tiles[:0],
     )
 
 

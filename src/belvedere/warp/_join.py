@@ -169,16 +169,6 @@ def pair_table(first: Real, second: Real, linear: F4, encode: U1, out_table: U1)
             row[b] = encode[np.uint32(place[b])]
 
 
-@inner
-def mix_bytes(one: Real, two: Real, table: U1) -> Real:
-    """Three channels of two colours mixed by `pair_table`."""
-    high = BYTE << BITS
-    red = table[np.uint64(((one & BYTE) << BITS) | (two & BYTE))]
-    green = table[np.uint64((one & high) | ((two >> BITS) & BYTE))]
-    blue = table[np.uint64(((one >> BITS) & high) | ((two >> (BITS + BITS)) & BYTE))]
-    return np.uint32(np.uint32(red) | (np.uint32(green) << BITS) | (np.uint32(blue) << (BITS + BITS)))
-
-
 @kernel
 def blend_two(
     words: I8, weights: F4, tolerance: Real, table: U1,
@@ -200,7 +190,8 @@ def blend_two(
     scale = ONE / (wa + wb)
     fours, flat = -(-width // 4), out_color.reshape(-1)
     values, line = np.empty(4 * fours, np.uint32), np.empty(3 * fours, np.uint32)
-    first, second = np.empty(width, np.uint32), np.empty(width, np.uint32)
+    pairs, alpha = np.empty((3, width), np.uint16), np.empty(width, np.uint32)
+    red, green, blue = pairs[0], pairs[1], pairs[2]
     for y in range(rows):
         layer_a, layer_b = words[0, y], words[1, y]
         depth, known = out_disparity[y], out_coverage[y]
@@ -214,15 +205,21 @@ def blend_two(
             depth[x] = mean if front >= ZERO else NAN
             known[x] = ONE if front >= ZERO else ZERO
             # where one is alone it stands for both: a byte mixed with itself is itself
-            first[x] = carried_of(word_a if sees_a else word_b)
-            second[x] = carried_of(word_b if sees_b else word_a)
+            one = carried_of(word_a if sees_a else word_b)
+            two = carried_of(word_b if sees_b else word_a)
+            red[x] = np.uint16(((one & BYTE) << BITS) | (two & BYTE))
+            green[x] = np.uint16((one & (BYTE << BITS)) | ((two >> BITS) & BYTE))
+            blue[x] = np.uint16(((one >> BITS) & (BYTE << BITS)) | ((two >> (BITS + BITS)) & BYTE))
+            if channels == 4:
+                mixed = wa * alpha_of(one) + wb * alpha_of(two)
+                alpha[x] = shl32(np.uint32(np.int32(mixed + np.float32(0.5))), np.uint32(24))
         for x in range(width):
-            values[x] = mix_bytes(first[x], second[x], table)
+            low, middle = np.uint32(table[red[x]]), np.uint32(table[green[x]])
+            high = shl32(np.uint32(table[blue[x]]), np.uint32(16))
+            values[x] = low | shl32(middle, np.uint32(8)) | high
         if channels == 4:
             for x in range(width):
-                mixed = wa * alpha_of(first[x]) + wb * alpha_of(second[x])
-                alpha = np.uint32(np.int32(mixed + np.float32(0.5)))
-                values[x] = (values[x] & OPAQUE) | shl32(alpha, np.uint32(24))
+                values[x] |= alpha[x]
         put_colors(values, y, width, channels, line, flat)
 
 

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import bits_of
-from belvedere.warp._tiles import TILE
+from belvedere.warp._tiles import TILE, rows_that_land
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -45,14 +45,12 @@ HIGH = np.int64(32)
 
 PLACES = np.float32(65536.0)
 """Steps of a place within its cell, per axis: finer than float32 knows it in any large view."""
-SPARE = TILE
-"""Cells behind a layer that take the samples that land nowhere: one for each column of a tile, so
-that no two stores in a row wait for one another."""
-RUN = 4
-"""Columns of the table of runs; see `list_runs`."""
-NOISE = 2.0**-20
-"""Bound on what ``float32`` adds to a sum of four products, for each unit of their sizes: eight
-roundings, each of half a step of 2^-23."""
+STRETCH = 512
+"""Samples of a row that are moved in one go; beside what they are read from and written to, they
+stay in the first-level cache."""
+SPARE = 32
+"""Cells behind a layer that take the samples that land nowhere: several, so that no two stores in a
+row wait for one another. A power of two."""
 
 
 @kernel
@@ -99,35 +97,35 @@ def land(
 
 @inner
 def land_row(
-    w: F4, v: int, u_low: int, disparity: F4, carried: U4, halo: int, y_low: int, columns: int,
-    first: int, end: int, none: int, out_cell: U4, out_word: I8, out_place: U4 | None,
+    w: F4, v: int, u_low: int, disparity: F4, carried: U4, tops: F4, bottoms: F4, halo: int,
+    y_low: int, columns: int, none: int, out_cell: U4, out_word: I8, out_place: U4 | None,
 ) -> None:  # fmt: skip
-    """Cells, words and places of one row of a tile, (count,) each.
+    """Cells, words and places of a stretch of a row, (count,) each.
 
-    Rows of pixels [first, end) count; a sample that lands outside gets one of the cells from
-    ``none`` on. Places are rounded before ``y_low`` comes in: they are the same for every band.
+    A sample that does not land between its top and its bottom gets one of the cells from ``none``
+    on. Places are rounded before ``y_low`` comes in: they are the same for every band.
     """
     v4, base = np.float32(v), np.float32(u_low)
     r, s, t = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
     r_step, s_step, t_step, r_near, s_near, t_near = w[0], w[4], w[8], w[3], w[7], w[11]
     shift = HALF + np.float32(halo)
-    right, top, bottom = np.float32(columns), np.float32(first + halo), np.float32(end + halo)
+    right, last = np.float32(columns), np.int32(SPARE - 1)
     row_low, across, spare = np.int32(y_low + halo), np.int32(columns), np.int32(none)
     if out_place is not None:
         for i in range(disparity.shape[0]):
             lane = np.int32(i)
             out_cell[i], out_word[i], out_place[i] = land(
                 base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
-                r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
-                np.int32(spare + lane),
+                r_near, s_near, t_near, shift, right, tops[i], bottoms[i], row_low, across,
+                np.int32(spare + (lane & last)),
             )  # fmt: skip
         return
     for i in range(disparity.shape[0]):
         lane = np.int32(i)
         out_cell[i], out_word[i], _ = land(
             base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
-            r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
-            np.int32(spare + lane),
+            r_near, s_near, t_near, shift, right, tops[i], bottoms[i], row_low, across,
+            np.int32(spare + (lane & last)),
         )  # fmt: skip
 
 
@@ -164,83 +162,26 @@ def keep_nearest(
             out_place[cell] = places[i] if nearer else out_place[cell]
 
 
-@kernel
-def list_runs(tiles: I4, out_runs: I4) -> int:
-    """Find the tiles that stand side by side in one sheet.
-
-    tiles is (n, FIELDS) from `list_tiles`; out_runs (n, RUN) gets for each run its first tile, the
-    one after its last, and the rows [low, high) of the desired view that its tiles can reach.
-    Returns how many runs there are.
-    """
-    count = 0
-    for n in range(tiles.shape[0]):
-        same = count > 0
-        for column in range(2, 6):
-            same = same and tiles[n, column] == tiles[max(n - 1, 0), column]
-        if not same:
-            out_runs[count, 0], out_runs[count, 2], out_runs[count, 3] = n, tiles[n, 6], tiles[n, 7]
-            count += 1
-        run = out_runs[count - 1]
-        run[1] = n + 1
-        run[2], run[3] = min(run[2], tiles[n, 6]), max(run[3], tiles[n, 7])
-    return count
-
-
 @inner
-def rows_beyond(
-    w: F4, bar: float, side: float, u_low: int, u_end: int, v_low: int, v_end: int, low: Real,
-    high: Real,
-) -> tuple[int, int]:  # fmt: skip
-    """Rows [first, end) of a tile from which samples can land on one side of a desired row.
+def stretch(
+    tiles: I4, spans: I4, begin: int, n: int, end: int, v: int, longest: int
+) -> tuple[int, int, int]:
+    """The next samples of one row that are moved in one go, from tile ``n`` of a run on.
 
-    Beyond the bar is ``side (s - bar t) >= 0``, which is linear: no division, and true on both
-    sides of the eye's plane. What ``float32`` may make of it counts as well, so that a sample that
-    lands where it should not is kept or lost whatever band it is asked for.
-
-    Args:
-        w: (12,) warp matrix.
-        bar: the row.
-        side: 1 for what is below it, -1 for what is above.
-        u_low: the tile's columns [u_low, u_end).
-        u_end: the same.
-        v_low: and its rows [v_low, v_end).
-        v_end: the same.
-        low: its smallest disparity.
-        high: and its largest.
+    Returns the tile to go on with, and columns [low, end): of tiles that follow one another, all
+    with this row in their span; none if tile ``n`` has not.
     """
-    reach = abs(bar)
-    noise = NOISE * (
-        (abs(w[4]) + reach * abs(w[8])) * u_end + (abs(w[5]) + reach * abs(w[9])) * v_end
-        + abs(w[6]) + reach * abs(w[10]) + (abs(w[7]) + reach * abs(w[11])) * high
-    )  # fmt: skip
-    if not noise < np.inf:
-        return v_low, v_end
-    across, along = side * (w[4] - bar * w[8]), side * (w[5] - bar * w[9])
-    near = side * (w[7] - bar * w[11])
-    most = side * (w[6] - bar * w[10]) + noise
-    most += max(across * u_low, across * (u_end - 1)) + max(near * low, near * high)
-    if along > 0.0:
-        return int(min(max(np.ceil(-most / along), float(v_low)), float(v_end))), v_end
-    if along < 0.0:
-        return v_low, int(max(min(np.floor(most / -along) + 1.0, float(v_end)), float(v_low)))
-    return v_low, v_end if most >= 0.0 else v_low
-
-
-@inner
-def rows_that_land(
-    w: F4, tiles: I4, n: int, low: F4, high: F4, y_low: int, y_end: int
-) -> tuple[int, int]:
-    """Rows [first, end) of a tile that can land in rows [y_low, y_end) of the desired view."""
-    v_low, v_end = tiles[n, 3], tiles[n, 4]
-    if tiles[n, 7] <= y_low or tiles[n, 6] >= y_end:
-        return v_low, v_low
-    if tiles[n, 6] >= y_low and tiles[n, 7] <= y_end:
-        return v_low, v_end
-    u_low, u_end, tv, tu = tiles[n, 0], tiles[n, 1], v_low // TILE, tiles[n, 0] // TILE
-    least, most = np.float64(low[tv, tu]), np.float64(high[tv, tu])
-    first, end = rows_beyond(w, y_low - 1.5, 1.0, u_low, u_end, v_low, v_end, least, most)
-    above, below = rows_beyond(w, y_end + 0.5, -1.0, u_low, u_end, v_low, v_end, least, most)
-    return max(first, above), min(end, below)
+    if v < spans[n - begin, 0] or v >= spans[n - begin, 1]:
+        return n + 1, 0, 0
+    low, high = tiles[n, 0], tiles[n, 1]
+    n += 1
+    while n < end and spans[n - begin, 0] <= v < spans[n - begin, 1]:
+        beside = tiles[n, 1] == low or tiles[n, 0] == high
+        if not beside or high - low + tiles[n, 1] - tiles[n, 0] > longest:
+            break
+        low, high = min(low, tiles[n, 0]), max(high, tiles[n, 1])
+        n += 1
+    return n, low, high
 
 
 @kernel
@@ -272,32 +213,37 @@ def scatter(
     """
     none, y_end = rows * columns, y_low + rows
     out_word[:none] = EMPTY
-    cells = np.empty(TILE, np.uint32)
-    words = np.empty(TILE, np.int64)
-    places = None if out_place is None else np.empty(TILE, np.uint32)
+    cells, words = np.empty(STRETCH, np.uint32), np.empty(STRETCH, np.int64)
+    places = None if out_place is None else np.empty(STRETCH, np.uint32)
     spans = np.empty((low.shape[1] + 2, 2), np.int32)
+    clip = np.empty((2, disparity.shape[1]), np.float32)
+    tops, bottoms = clip[0], clip[1]
+    longest = STRETCH if by_order else TILE  # of equals the first stays: tile by tile, as listed
     for run in range(runs.shape[0]):
-        begin, end = runs[run, 0], runs[run, 1]
+        begin, end, step = runs[run, 0], runs[run, 1], tiles[runs[run, 0], 2]
         if runs[run, 2] >= y_end or runs[run, 3] <= y_low:
             continue
         for n in range(begin, end):
             span = rows_that_land(w, tiles, n, low, high, y_low, y_end)
             spans[n - begin, 0], spans[n - begin, 1] = span
+            # what float32 lands outside the tile's float64 bounds is noise: the same for every band
+            top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
+            bottom = min(tiles[n, 7], y_end) if tiles[n, 7] < height else y_end
+            tops[tiles[n, 0] : tiles[n, 1]] = top + halo
+            bottoms[tiles[n, 0] : tiles[n, 1]] = bottom + halo
         for j in range(tiles[begin, 4] - tiles[begin, 3]):
             v = tiles[begin, 3] + j if tiles[begin, 5] > 0 else tiles[begin, 4] - 1 - j
-            for n in range(begin, end):
-                if v < spans[n - begin, 0] or v >= spans[n - begin, 1]:
+            n = begin
+            while n < end:
+                n, u_low, u_end = stretch(tiles, spans, begin, n, end, v, longest)
+                if u_low == u_end:
                     continue
-                u_low, u_end = tiles[n, 0], tiles[n, 1]
-                # what float32 lands outside the tile's float64 bounds is noise: the same for
-                # every band
-                top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
-                bottom = min(tiles[n, 7], y_end) if tiles[n, 7] < height else y_end
                 land_row(
-                    w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end], halo, y_low,
-                    columns, top, bottom, none, cells, words, places,
+                    w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end],
+                    tops[u_low:u_end], bottoms[u_low:u_end], halo, y_low, columns, none, cells,
+                    words, places,
                 )  # fmt: skip
                 if by_order:
-                    keep_last(cells, words, places, u_end - u_low, tiles[n, 2], out_word, out_place)
+                    keep_last(cells, words, places, u_end - u_low, step, out_word, out_place)
                 else:
                     keep_nearest(cells, words, places, u_end - u_low, out_word, out_place)

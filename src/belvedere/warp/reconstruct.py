@@ -202,7 +202,7 @@ class Passage:
     prepared: PreparedView
     """What the reference's view was prepared to."""
     runs: npt.NDArray[np.int32]
-    """(n, RUN) tiles that stand side by side, for who scatters; see `_scatter.list_runs`."""
+    """(n, RUN) tiles that stand side by side, for who scatters; see `_tiles.list_runs`."""
 
     @property
     def silhouettes(self) -> Silhouettes:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
 from belvedere.ground.scratch import scratch
-from belvedere.warp import _join, _scatter, _splat
+from belvedere.warp import _join, _scatter, _splat, _tiles
 from belvedere.warp.reconstruct import Passage
 
 F4 = npt.NDArray[np.float32]
@@ -80,8 +80,8 @@ def paint_scattered(
 
 def runs_of(tiles: I4) -> I4:
     """(n, RUN) table of the tiles that stand side by side, for `_scatter.scatter`."""
-    runs = np.empty((len(tiles), _scatter.RUN), np.int32)
-    return runs[: _scatter.list_runs(tiles, runs)]
+    runs = np.empty((len(tiles), _tiles.RUN), np.int32)
+    return runs[: _tiles.list_runs(tiles, runs)]
 
 
 def _scatter_samples(

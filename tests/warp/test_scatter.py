@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -58,20 +59,23 @@ def test_points_are_the_slow_twins_points() -> None:
 def landings(halo: int, begin: int, rows: int, middle: float) -> list[set[tuple[int, int]]]:
     """(row, sample) pairs of one band, for places at every float32 next to ``middle``."""
     from belvedere.warp import _scatter
+    from belvedere.warp.prepare import sample_range
+    from belvedere.warp.scatter import runs_of
 
     width = 4096
     step = np.spacing(np.float32(middle)) / 2
     w = np.zeros(12, np.float32)
     w[4], w[6], w[10] = step, middle - step * width / 2, 1.0
     disparity, number = np.zeros((1, width), np.float32), np.arange(width, dtype=np.uint32)[None]
-    seen = []
+    seen, bounds = [], sample_range(disparity)
     for u in range(0, width, 32):  # one tile at a time, or they hide one another
         tile = np.array([[u, u + 32, 1, 0, 1, 1, 0, 64]], np.int32)
         shape = (rows + 2 * halo, 1 + 2 * halo)
         word = np.empty(shape[0] * shape[1] + _scatter.SPARE, np.int64)
         _scatter.scatter(
-            w, disparity, number, tile, halo, begin - halo, shape[1], shape[0], 64, True, word, None
-        )
+            w, disparity, number, tile, runs_of(tile), *bounds, halo, begin - halo, shape[1],
+            shape[0], 64, True, word, None,
+        )  # fmt: skip
         held = word[: shape[0] * shape[1]].reshape(shape)
         v, x = np.nonzero(held != _scatter.EMPTY)
         sample = held[v, x] & _scatter.CARRIED
@@ -90,6 +94,49 @@ def test_the_cell_a_sample_lands_in_does_not_depend_on_where_its_band_begins(
         held = range(max(begin, 0) - halo, max(begin, 0) + 4 + halo)
         for got, wanted in zip(landings(halo, max(begin, 0), 4, middle), whole, strict=True):
             assert got == {(row, sample) for row, sample in wanted if row in held}
+
+
+@pytest.mark.parametrize("by_order", [True, False])
+def test_a_band_holds_the_rows_of_the_whole_whatever_float32_makes_of_them(by_order: bool) -> None:
+    """No band may skip a sample that another would have kept."""
+    from belvedere.warp import _scatter, _tiles
+    from belvedere.warp.prepare import sample_range
+    from belvedere.warp.scatter import runs_of
+
+    rng, width, height, landed = np.random.default_rng(9), 70, 90, 0
+    number = np.arange(60 * 100, dtype=np.uint32).reshape(60, 100)
+    for trial in range(60):
+        disparity = rng.uniform(0.2, 0.4, (60, 100)).astype(np.float32)
+        matrix = np.array([[1.0, 0.1, -9.0, 30.0], [-0.1, 1.2, 3.0, -20.0], [2e-3, 1e-3, 0.8, -0.3]])
+        matrix += 0.03 * np.abs(matrix) * rng.normal(size=(3, 4))
+        if trial % 2:  # places are the difference of large numbers, off by pixels
+            disparity[:] = 0.3
+            large = rng.normal(size=3) * 10.0 ** rng.uniform(3, 7.5)
+            matrix[:, 3] += large
+            matrix[:, 2] -= large * np.float64(np.float32(0.3))
+        low, high = sample_range(disparity)
+        tiles = np.empty((200, _tiles.FIELDS), np.int32)
+        sheets = np.array([(0, 41, 1, 0, 23, -1), (41, 100, -1, 0, 23, -1), (0, 100, -1, 23, 60, 1)])
+        count = _tiles.list_tiles(
+            sheets.astype(np.int32), low, high, matrix, width, height, 2, tiles
+        )
+        given = tiles[:count], runs_of(tiles[:count]), low, high
+
+        def scattered(begin: int, end: int, given: Any = given, matrix: Any = matrix,
+                      disparity: Any = disparity) -> np.ndarray:  # fmt: skip
+            word = np.empty((end - begin) * width + _scatter.SPARE, np.int64)
+            _scatter.scatter(
+                matrix.astype(np.float32).ravel(), disparity, number, *given, 0, begin, width,
+                end - begin, height, by_order, word, None,
+            )  # fmt: skip
+            return word[: (end - begin) * width].reshape(-1, width)
+
+        whole = scattered(0, height)
+        landed += int((whole != _scatter.EMPTY).sum())
+        cuts = [0, *sorted(rng.choice(np.arange(1, height), 5, replace=False).tolist()), height]
+        for begin, end in pairwise(cuts):
+            np.testing.assert_array_equal(scattered(begin, end), whole[begin:end])
+    assert landed > 5000
 
 
 @pytest.mark.parametrize("visibility", VISIBILITIES)

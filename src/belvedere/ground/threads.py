@@ -8,11 +8,12 @@ not depend on how many threads run: work is cut into items that write disjoint p
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from itertools import pairwise
-from typing import TypeVar
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, TypeVar
 
 from belvedere.ground.checks import check_integer
 
@@ -35,11 +36,68 @@ def thread_count(threads: int | None = None) -> int:
     return min(os.cpu_count() or 1, MAX_THREADS)
 
 
-@lru_cache(maxsize=8)
-def _pool(threads: int, process: int) -> ThreadPoolExecutor:
-    """A pool kept for the life of the process (``process`` renews it after a fork)."""
+class _Job(Generic[Item, Result]):
+    """Items that several threads take from until none is left."""
+
+    def __init__(self, function: Callable[[Item], Result], items: Sequence[Item]) -> None:
+        self.function, self.items = function, items
+        self.results: dict[int, Result] = {}
+        self.error: BaseException | None = None
+        self._pending = iter(range(len(items)))  # next() on it is atomic in CPython
+        self._ended: list[int] = []  # so is append()
+        self._signal: SimpleQueue[None] = SimpleQueue()
+
+    def work(self) -> None:
+        """Take items until none is left; after an error the rest is left undone."""
+        for index in self._pending:
+            try:
+                if self.error is None:
+                    self.results[index] = self.function(self.items[index])
+            except BaseException as caught:  # the caller raises it, once nobody writes
+                self.error = self.error or caught
+            self._ended.append(index)
+        if len(self._ended) == len(self.items):
+            self._signal.put(None)
+
+    def wait(self) -> None:
+        """Return when every item has ended, whoever worked on it."""
+        while len(self._ended) < len(self.items):
+            try:
+                self._signal.get(timeout=1.0)
+            except Empty:  # an interrupt may have come between the last item and its signal
+                continue
+            except BaseException as caught:
+                self.error = self.error or caught
+
+
+class _Helpers:
+    """Threads kept for the life of the process, waiting for jobs."""
+
+    def __init__(self) -> None:
+        self._jobs: SimpleQueue[_Job[Any, Any]] = SimpleQueue()
+        self._lock, self._count = threading.Lock(), 0
+
+    def offer(self, job: _Job[Any, Any], helpers: int) -> None:
+        """Let so many threads help, as soon as they are awake."""
+        if self._count < helpers:
+            with self._lock:
+                while self._count < helpers:
+                    self._count += 1
+                    name = f"belvedere_{self._count}"
+                    threading.Thread(target=self._serve, name=name, daemon=True).start()
+        for _ in range(helpers):
+            self._jobs.put(job)
+
+    def _serve(self) -> None:
+        while True:
+            self._jobs.get().work()
+
+
+@lru_cache(maxsize=1)
+def _helpers(process: int) -> _Helpers:
+    """The helpers of this process; a fork has none of its parent's threads."""
     del process
-    return ThreadPoolExecutor(max_workers=threads, thread_name_prefix="belvedere")
+    return _Helpers()
 
 
 def run_parallel(
@@ -47,33 +105,21 @@ def run_parallel(
 ) -> list[Result]:
     """``[function(item) for item in items]`` on several threads, results in order.
 
-    The calling thread takes part, so one item or one thread starts no pool. The first exception is
-    raised after every item has ended: no thread writes into arrays the caller has given up. Do
-    not call it from within ``function``: the pool is not re-entrant.
+    The calling thread takes part, so one item or one thread wakes nobody, and it waits for items
+    only, not for helpers that wake when all is done. The first exception is raised when no item is
+    worked on any more, so that no thread writes into arrays the caller has given up; items that
+    nobody had begun are then left undone.
     """
     count = min(thread_count(threads), len(items))
     if count <= 1:
         return [function(item) for item in items]
-
-    pending = iter(range(len(items)))  # next() on it is atomic in CPython
-    results: dict[int, Result] = {}
-
-    def work() -> None:
-        for index in pending:
-            results[index] = function(items[index])
-
-    futures = [_pool(count - 1, os.getpid()).submit(work) for _ in range(count - 1)]
-    error: BaseException | None = None
-    try:
-        work()
-    except BaseException as caught:  # raised again below, once nobody writes
-        error = caught
-    for future in futures:
-        caught = future.exception()
-        error = error or caught
-    if error is not None:
-        raise error
-    return [results[index] for index in range(len(items))]
+    job = _Job(function, items)
+    _helpers(os.getpid()).offer(job, count - 1)
+    job.work()
+    job.wait()
+    if job.error is not None:
+        raise job.error
+    return [job.results[index] for index in range(len(items))]
 
 
 def row_bands(height: int, count: int) -> list[tuple[int, int]]:

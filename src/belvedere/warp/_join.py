@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
-from belvedere.ground.simd import float_of
+from belvedere.ground.simd import float_of, shl32, shr32
 from belvedere.warp._scatter import CARRIED, EMPTY, HIGH
 
 F4 = npt.NDArray[np.float32]
 I8 = npt.NDArray[np.int64]
 U1 = npt.NDArray[np.uint8]
+U4 = npt.NDArray[np.uint32]
 
 ZERO = np.float32(0.0)
 ONE = np.float32(1.0)
@@ -22,6 +23,8 @@ NAN = np.float32(np.nan)
 NOTHING = np.float32(-1.0)
 BYTE = np.uint32(255)
 BITS = np.uint32(8)
+OPAQUE = np.uint32(0xFFFFFF)
+"""The part of a colour in one number that three channels have."""
 
 
 @inner
@@ -43,11 +46,34 @@ def alpha_of(value: Real) -> Real:
 
 
 @inner
-def put_bytes(value: Real, x: int, out_row: U1) -> None:
-    """A colour's first three channels from one number to (width, 3|4) bytes."""
-    out_row[x, 0] = np.uint8(value & BYTE)
-    out_row[x, 1] = np.uint8((value >> BITS) & BYTE)
-    out_row[x, 2] = np.uint8((value >> (BITS + BITS)) & BYTE)
+def put_colors(values: U4, y: int, width: int, channels: int, line: U4, out_bytes: U1) -> None:
+    """A row of colours, one number each, as bytes.
+
+    Three channels go four pixels at a time, as three numbers: byte by byte they would take four
+    times as many stores.
+
+    Args:
+        values: (4 n,) at least the row's, the first channel lowest; overwritten.
+        y: the row.
+        width: of it.
+        channels: 3 or 4.
+        line: (3 n,) to work in.
+        out_bytes: the whole picture's, (rows * width * channels,).
+    """
+    start = np.uint64(y * width * channels)
+    if channels == 4:
+        flat = values.view(np.uint8)
+        for k in range(4 * width):
+            out_bytes[start + np.uint64(k)] = flat[k]
+        return
+    for x in range(line.shape[0] // 3):
+        a, b, c, d = values[4 * x], values[4 * x + 1], values[4 * x + 2], values[4 * x + 3]
+        line[3 * x] = (a & OPAQUE) | shl32(b, np.uint32(24))
+        line[3 * x + 1] = shr32(b & OPAQUE, np.uint32(8)) | shl32(c, np.uint32(16))
+        line[3 * x + 2] = shr32(c & OPAQUE, np.uint32(16)) | shl32(d, np.uint32(8))
+    flat = line.view(np.uint8)
+    for k in range(3 * width):
+        out_bytes[start + np.uint64(k)] = flat[k]
 
 
 @kernel
@@ -89,18 +115,16 @@ def copy_bytes(words: I8, out_color: U1, out_disparity: F4, out_coverage: F4) ->
     and coverage 0 and disparity NaN.
     """
     rows, width, channels = out_color.shape
+    fours, flat = -(-width // 4), out_color.reshape(-1)
+    values, line = np.empty(4 * fours, np.uint32), np.empty(3 * fours, np.uint32)
     for y in range(rows):
-        layer, color = words[y], out_color[y]
-        depth, known = out_disparity[y], out_coverage[y]
+        layer, depth, known = words[y], out_disparity[y], out_coverage[y]
         for x in range(width):
             word = layer[x]
             depth[x] = disparity_of(word) if word >= 0 else NAN
             known[x] = ONE if word >= 0 else ZERO
-        for x in range(width):
-            put_bytes(carried_of(layer[x]), x, color)
-        if channels == 4:
-            for x in range(width):
-                color[x, 3] = np.uint8(carried_of(layer[x]) >> np.uint32(24))
+            values[x] = carried_of(word)
+        put_colors(values, y, width, channels, line, flat)
 
 
 @kernel
@@ -164,10 +188,12 @@ def blend_two(
     rows, width, channels = out_color.shape
     keep, wa, wb = np.float32(1.0 - tolerance), weights[0], weights[1]
     scale = ONE / (wa + wb)
-    pairs, alpha = np.empty((3, width), np.uint16), np.empty(width, np.uint8)
+    fours, flat = -(-width // 4), out_color.reshape(-1)
+    values, line = np.empty(4 * fours, np.uint32), np.empty(3 * fours, np.uint32)
+    pairs, alpha = np.empty((3, width), np.uint16), np.empty(width, np.uint32)
     red, green, blue = pairs[0], pairs[1], pairs[2]
     for y in range(rows):
-        layer_a, layer_b, color = words[0, y], words[1, y], out_color[y]
+        layer_a, layer_b = words[0, y], words[1, y]
         depth, known = out_disparity[y], out_coverage[y]
         for x in range(width):
             word_a, word_b = layer_a[x], layer_b[x]
@@ -186,14 +212,15 @@ def blend_two(
             blue[x] = np.uint16(((one >> BITS) & (BYTE << BITS)) | ((two >> (BITS + BITS)) & BYTE))
             if channels == 4:
                 mixed = wa * alpha_of(one) + wb * alpha_of(two)
-                alpha[x] = np.uint8(np.int32(mixed + np.float32(0.5)))
+                alpha[x] = shl32(np.uint32(np.int32(mixed + np.float32(0.5))), np.uint32(24))
         for x in range(width):
-            color[x, 0] = table[red[x]]
-            color[x, 1] = table[green[x]]
-            color[x, 2] = table[blue[x]]
+            low, middle = np.uint32(table[red[x]]), np.uint32(table[green[x]])
+            high = shl32(np.uint32(table[blue[x]]), np.uint32(16))
+            values[x] = low | shl32(middle, np.uint32(8)) | high
         if channels == 4:
             for x in range(width):
-                color[x, 3] = alpha[x]
+                values[x] |= alpha[x]
+        put_colors(values, y, width, channels, line, flat)
 
 
 @kernel

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import bits_of
-from belvedere.warp._tiles import TILE
+from belvedere.warp._tiles import TILE, rows_that_land
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
@@ -45,9 +45,12 @@ HIGH = np.int64(32)
 
 PLACES = np.float32(65536.0)
 """Steps of a place within its cell, per axis: finer than float32 knows it in any large view."""
-SPARE = TILE
-"""Cells behind a layer that take the samples that land nowhere: one for each column of a tile, so
-that no two stores in a row wait for one another."""
+STRETCH = 512
+"""Samples of a row that are moved in one go; beside what they are read from and written to, they
+stay in the first-level cache."""
+SPARE = 32
+"""Cells behind a layer that take the samples that land nowhere: several, so that no two stores in a
+row wait for one another. A power of two."""
 
 
 @kernel
@@ -94,35 +97,35 @@ def land(
 
 @inner
 def land_row(
-    w: F4, v: int, u_low: int, disparity: F4, carried: U4, halo: int, y_low: int, columns: int,
-    first: int, end: int, none: int, out_cell: U4, out_word: I8, out_place: U4 | None,
+    w: F4, v: int, u_low: int, disparity: F4, carried: U4, tops: F4, bottoms: F4, halo: int,
+    y_low: int, columns: int, none: int, out_cell: U4, out_word: I8, out_place: U4 | None,
 ) -> None:  # fmt: skip
-    """Cells, words and places of one row of a tile, (count,) each.
+    """Cells, words and places of a stretch of a row, (count,) each.
 
-    Rows of pixels [first, end) count; a sample that lands outside gets one of the cells from
-    ``none`` on. Places are rounded before ``y_low`` comes in: they are the same for every band.
+    A sample that does not land between its top and its bottom gets one of the cells from ``none``
+    on. Places are rounded before ``y_low`` comes in: they are the same for every band.
     """
     v4, base = np.float32(v), np.float32(u_low)
     r, s, t = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
     r_step, s_step, t_step, r_near, s_near, t_near = w[0], w[4], w[8], w[3], w[7], w[11]
     shift = HALF + np.float32(halo)
-    right, top, bottom = np.float32(columns), np.float32(first + halo), np.float32(end + halo)
+    right, last = np.float32(columns), np.int32(SPARE - 1)
     row_low, across, spare = np.int32(y_low + halo), np.int32(columns), np.int32(none)
     if out_place is not None:
         for i in range(disparity.shape[0]):
             lane = np.int32(i)
             out_cell[i], out_word[i], out_place[i] = land(
                 base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
-                r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
-                np.int32(spare + lane),
+                r_near, s_near, t_near, shift, right, tops[i], bottoms[i], row_low, across,
+                np.int32(spare + (lane & last)),
             )  # fmt: skip
         return
     for i in range(disparity.shape[0]):
         lane = np.int32(i)
         out_cell[i], out_word[i], _ = land(
             base + np.float32(lane), disparity[i], carried[i], r, s, t, r_step, s_step, t_step,
-            r_near, s_near, t_near, shift, right, top, bottom, row_low, across,
-            np.int32(spare + lane),
+            r_near, s_near, t_near, shift, right, tops[i], bottoms[i], row_low, across,
+            np.int32(spare + (lane & last)),
         )  # fmt: skip
 
 
@@ -160,23 +163,32 @@ def keep_nearest(
 
 
 @inner
-def row_of_tiles(tiles: I4, begin: int) -> int:
-    """Where the tiles end that stand side by side in one sheet, from ``begin`` on."""
-    end = begin + 1
-    while end < tiles.shape[0] and (
-        (tiles[end, 2] == tiles[begin, 2])
-        & (tiles[end, 3] == tiles[begin, 3])
-        & (tiles[end, 4] == tiles[begin, 4])
-        & (tiles[end, 5] == tiles[begin, 5])
-    ):
-        end += 1
-    return end
+def stretch(
+    tiles: I4, spans: I4, begin: int, n: int, end: int, v: int, longest: int
+) -> tuple[int, int, int]:
+    """The next samples of one row that are moved in one go, from tile ``n`` of a run on.
+
+    Returns the tile to go on with, and columns [low, end): of tiles that follow one another, all
+    with this row in their span; none if tile ``n`` has not.
+    """
+    if v < spans[n - begin, 0] or v >= spans[n - begin, 1]:
+        return n + 1, 0, 0
+    low, high = tiles[n, 0], tiles[n, 1]
+    n += 1
+    while n < end and spans[n - begin, 0] <= v < spans[n - begin, 1]:
+        beside = tiles[n, 1] == low or tiles[n, 0] == high
+        if not beside or high - low + tiles[n, 1] - tiles[n, 0] > longest:
+            break
+        low, high = min(low, tiles[n, 0]), max(high, tiles[n, 1])
+        n += 1
+    return n, low, high
 
 
 @kernel
 def scatter(
-    w: F4, disparity: F4, carried: U4, tiles: I4, halo: int, y_low: int, columns: int, rows: int,
-    height: int, by_order: bool, out_word: I8, out_place: U4 | None,
+    w: F4, disparity: F4, carried: U4, tiles: I4, runs: I4, low: F4, high: F4, halo: int,
+    y_low: int, columns: int, rows: int, height: int, by_order: bool, out_word: I8,
+    out_place: U4 | None,
 ) -> None:  # fmt: skip
     """Each sample lands in the one cell whose square holds it.
 
@@ -185,6 +197,9 @@ def scatter(
         disparity: (H, W).
         carried: (H, W) what each sample takes along.
         tiles: (n, FIELDS) from `list_tiles`.
+        runs: (n, RUN) from `list_runs`.
+        low: smallest disparity of each tile of the reference.
+        high: the largest.
         halo: cells left of the desired view's first column.
         y_low: desired row of the first cell, at least -halo.
         columns: cells across.
@@ -196,30 +211,39 @@ def scatter(
             cell's upper left corner in 1 / PLACES of it, the latter in the upper half; written
             where a sample is seen.
     """
-    none = rows * columns
+    none, y_end = rows * columns, y_low + rows
     out_word[:none] = EMPTY
-    cells = np.empty(TILE, np.uint32)
-    words = np.empty(TILE, np.int64)
-    places = None if out_place is None else np.empty(TILE, np.uint32)
-    begin = 0
-    while begin < tiles.shape[0]:
-        end = row_of_tiles(tiles, begin)
+    cells, words = np.empty(STRETCH, np.uint32), np.empty(STRETCH, np.int64)
+    places = None if out_place is None else np.empty(STRETCH, np.uint32)
+    spans = np.empty((low.shape[1] + 2, 2), np.int32)
+    clip = np.empty((2, disparity.shape[1]), np.float32)
+    tops, bottoms = clip[0], clip[1]
+    longest = STRETCH if by_order else TILE  # of equals the first stays: tile by tile, as listed
+    for run in range(runs.shape[0]):
+        begin, end, step = runs[run, 0], runs[run, 1], tiles[runs[run, 0], 2]
+        if runs[run, 2] >= y_end or runs[run, 3] <= y_low:
+            continue
+        for n in range(begin, end):
+            span = rows_that_land(w, tiles, n, low, high, y_low, y_end)
+            spans[n - begin, 0], spans[n - begin, 1] = span
+            # what float32 lands outside the tile's float64 bounds is noise: the same for every band
+            top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
+            bottom = min(tiles[n, 7], y_end) if tiles[n, 7] < height else y_end
+            tops[tiles[n, 0] : tiles[n, 1]] = top + halo
+            bottoms[tiles[n, 0] : tiles[n, 1]] = bottom + halo
         for j in range(tiles[begin, 4] - tiles[begin, 3]):
             v = tiles[begin, 3] + j if tiles[begin, 5] > 0 else tiles[begin, 4] - 1 - j
-            for n in range(begin, end):
-                if tiles[n, 7] <= y_low or tiles[n, 6] >= y_low + rows:
+            n = begin
+            while n < end:
+                n, u_low, u_end = stretch(tiles, spans, begin, n, end, v, longest)
+                if u_low == u_end:
                     continue
-                u_low, u_end = tiles[n, 0], tiles[n, 1]
-                # what float32 lands outside the tile's float64 bounds is noise: the same for
-                # every band
-                top = max(tiles[n, 6], y_low) if tiles[n, 6] > 0 else y_low
-                bottom = min(tiles[n, 7], y_low + rows) if tiles[n, 7] < height else y_low + rows
                 land_row(
-                    w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end], halo, y_low,
-                    columns, top, bottom, none, cells, words, places,
+                    w, v, u_low, disparity[v, u_low:u_end], carried[v, u_low:u_end],
+                    tops[u_low:u_end], bottoms[u_low:u_end], halo, y_low, columns, none, cells,
+                    words, places,
                 )  # fmt: skip
                 if by_order:
-                    keep_last(cells, words, places, u_end - u_low, tiles[n, 2], out_word, out_place)
+                    keep_last(cells, words, places, u_end - u_low, step, out_word, out_place)
                 else:
                     keep_nearest(cells, words, places, u_end - u_low, out_word, out_place)
-        begin = end

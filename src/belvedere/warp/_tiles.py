@@ -16,6 +16,12 @@ TILE = 32
 
 FIELDS = 8
 """Columns of the tile table: u_first, u_end, u_step, v_first, v_end, v_step, row_low, row_high."""
+RUN = 4
+"""Columns of the table of runs; see `list_runs`."""
+
+NOISE = 2.0**-20
+"""Bound on what ``float32`` adds to a sum of four products, for each unit of their sizes: eight
+roundings, each of half a step of 2^-23."""
 
 
 @kernel
@@ -159,3 +165,82 @@ def list_tiles(
                 out_tiles[count, 7] = end
                 count += 1
     return count
+
+
+@kernel
+def list_runs(tiles: I4, out_runs: I4) -> int:
+    """Find the tiles that stand side by side in one sheet.
+
+    tiles is (n, FIELDS) from `list_tiles`; out_runs (n, RUN) gets for each run its first tile, the
+    one after its last, and the rows [low, high) of the desired view that its tiles can reach.
+    Returns how many runs there are.
+    """
+    count = 0
+    for n in range(tiles.shape[0]):
+        same = count > 0
+        for column in range(2, 6):
+            same = same and tiles[n, column] == tiles[max(n - 1, 0), column]
+        if not same:
+            out_runs[count, 0], out_runs[count, 2], out_runs[count, 3] = n, tiles[n, 6], tiles[n, 7]
+            count += 1
+        run = out_runs[count - 1]
+        run[1] = n + 1
+        run[2], run[3] = min(run[2], tiles[n, 6]), max(run[3], tiles[n, 7])
+    return count
+
+
+@inner
+def rows_beyond(
+    w: F4, bar: float, side: float, u_low: int, u_end: int, v_low: int, v_end: int, low: Real,
+    high: Real,
+) -> tuple[int, int]:  # fmt: skip
+    """Rows [first, end) of a tile from which samples can land on one side of a desired row.
+
+    Beyond the bar is ``side (s - bar t) >= 0``, which is linear: no division, and true on both
+    sides of the eye's plane. What ``float32`` may make of it counts as well, so that a sample that
+    lands where it should not is kept or lost whatever band it is asked for.
+
+    Args:
+        w: (12,) warp matrix.
+        bar: the row.
+        side: 1 for what is below it, -1 for what is above.
+        u_low: the tile's columns [u_low, u_end).
+        u_end: the same.
+        v_low: and its rows [v_low, v_end).
+        v_end: the same.
+        low: its smallest disparity.
+        high: and its largest.
+    """
+    reach = abs(bar)
+    noise = NOISE * (
+        (abs(w[4]) + reach * abs(w[8])) * u_end + (abs(w[5]) + reach * abs(w[9])) * v_end
+        + abs(w[6]) + reach * abs(w[10]) + (abs(w[7]) + reach * abs(w[11])) * high
+    )  # fmt: skip
+    if not noise < np.inf:
+        return v_low, v_end
+    across, along = side * (w[4] - bar * w[8]), side * (w[5] - bar * w[9])
+    near = side * (w[7] - bar * w[11])
+    most = side * (w[6] - bar * w[10]) + noise
+    most += max(across * u_low, across * (u_end - 1)) + max(near * low, near * high)
+    if along > 0.0:
+        return int(min(max(np.ceil(-most / along), float(v_low)), float(v_end))), v_end
+    if along < 0.0:
+        return v_low, int(max(min(np.floor(most / -along) + 1.0, float(v_end)), float(v_low)))
+    return v_low, v_end if most >= 0.0 else v_low
+
+
+@inner
+def rows_that_land(
+    w: F4, tiles: I4, n: int, low: F4, high: F4, y_low: int, y_end: int
+) -> tuple[int, int]:
+    """Rows [first, end) of a tile that can land in rows [y_low, y_end) of the desired view."""
+    v_low, v_end = tiles[n, 3], tiles[n, 4]
+    if tiles[n, 7] <= y_low or tiles[n, 6] >= y_end:
+        return v_low, v_low
+    if tiles[n, 6] >= y_low and tiles[n, 7] <= y_end:
+        return v_low, v_end
+    u_low, u_end, tv, tu = tiles[n, 0], tiles[n, 1], v_low // TILE, tiles[n, 0] // TILE
+    least, most = np.float64(low[tv, tu]), np.float64(high[tv, tu])
+    first, end = rows_beyond(w, y_low - 1.5, 1.0, u_low, u_end, v_low, v_end, least, most)
+    above, below = rows_beyond(w, y_end + 0.5, -1.0, u_low, u_end, v_low, v_end, least, most)
+    return max(first, above), min(end, below)

@@ -80,7 +80,7 @@ def homography(reference: Camera, desired: Camera) -> F8:
     Exactly the identity between cameras of one matrix, so that a view warped to its own camera
     comes back to the last bit.
     """
-    if np.array_equal(reference.matrix, desired.matrix):
+    if reference.matrix.tolist() == desired.matrix.tolist():
         return np.eye(3)
     return _inverse(desired) @ reference.matrix
 

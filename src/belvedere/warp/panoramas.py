@@ -208,6 +208,7 @@ def bent_passage(
         desired.height,
         geometry(desired, prepared.camera),
         prepared,
+        np.empty((0, 0), np.int32),
         ahead,
         margin,
         None if joins else _land(prepared, desired, ahead, options, threads),

@@ -205,6 +205,8 @@ class Passage:
     for who needs none."""
     prepared: PreparedView
     """What the reference's view was prepared to."""
+    runs: npt.NDArray[np.int32]
+    """(n, RUN) tiles that stand side by side, for who scatters; see `_tiles.list_runs`."""
     gain: float = field(default=1.0, kw_only=True)
     """Factor of its linear colours, so that references are exposed alike."""
 

@@ -15,10 +15,11 @@ import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
 from belvedere.ground.scratch import scratch
-from belvedere.warp import _join, _scatter, _splat
+from belvedere.warp import _join, _scatter, _splat, _tiles
 from belvedere.warp.reconstruct import Passage
 
 F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
 I8 = npt.NDArray[np.int64]
 U4 = npt.NDArray[np.uint32]
 
@@ -77,6 +78,12 @@ def paint_scattered(
         )
 
 
+def runs_of(tiles: I4) -> I4:
+    """(n, RUN) table of the tiles that stand side by side, for `_scatter.scatter`."""
+    runs = np.empty((len(tiles), _tiles.RUN), np.int32)
+    return runs[: _tiles.list_runs(tiles, runs)]
+
+
 def _scatter_samples(
     passage: Passage,
     rows: tuple[int, int],
@@ -91,6 +98,9 @@ def _scatter_samples(
         passage.disparity,
         passage.prepared.carried(),
         passage.tiles,
+        passage.runs,
+        passage.prepared.tile_low,
+        passage.prepared.tile_high,
         halo,
         rows[0] - halo,
         shape[1],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import InputError, ViewError
-from belvedere.ground.scratch import scratch
+from belvedere.ground.scratch import lend, scratch
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import epipole, warp_matrix
@@ -37,16 +38,20 @@ F4 = npt.NDArray[np.float32]
 
 BANDS_PER_THREAD = 3
 """Bands are handed to whichever thread is free; a few per thread even out their loads."""
-SCATTERED_PER_THREAD = 1
+SCATTERED_PER_THREAD = 2
 """The same where samples scatter: those that may land on either side of a border move twice."""
 
 SMALLEST_BAND = 8192
 """Pixels of a band for which waking a thread is worth while."""
 LARGEST_BAND = 1 << 18
 """Pixels of a band at most: bounds the working memory of large views."""
-LARGEST_SCATTERED = 1 << 20
-"""The same where samples scatter, which need less memory: lower bands of a wide view would move
-half of its samples twice."""
+SMALLEST_SCATTERED = 1 << 14
+"""The same where samples scatter, which is soon done."""
+LARGEST_SCATTERED = 1 << 17
+"""The same where samples scatter: a layer of words then stays in the second-level cache."""
+
+DEFAULTS = WarpOptions()
+OPTION_NAMES = {field.name for field in fields(WarpOptions)}
 
 NEARNESS_FLOOR = 0.05
 """Share of the mean distance below which being nearer to the desired eye adds no more weight."""
@@ -161,18 +166,14 @@ def warp_prepared(
         for one, correction in zip(prepared, mended, strict=True)
     ]
 
-    channels, kind = prepared[0].color.shape[2], prepared[0].color.dtype
-    pixels = desired.height * desired.width
+    size = desired.size
+    pixels = size[0] * size[1]
     if block is None:
-        # one block: the allocator then keeps it for the next frame instead of handing it back
-        block = np.empty(frame_bytes(prepared[0], desired), np.uint8)
-    disparity = block[: 4 * pixels].view(np.float32).reshape(desired.size)
-    coverage = block[4 * pixels : 8 * pixels].view(np.float32).reshape(desired.size)
-    color = (
-        block[8 * pixels : frame_bytes(prepared[0], desired)]
-        .view(kind)
-        .reshape(*desired.size, channels)
-    )
+        block = lend(frame_bytes(prepared[0], desired))
+    disparity: F4 = np.ndarray(size, np.float32, block)
+    coverage: F4 = np.ndarray(size, np.float32, block, 4 * pixels)
+    held = prepared[0].color
+    color = np.ndarray((*size, held.shape[2]), held.dtype, block, 8 * pixels)
     weights = nearness_weights(prepared, desired)
     if shown is not None:
         weights = weights * np.array(shown, np.float32)
@@ -184,9 +185,10 @@ def warp_prepared(
         _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
 
     if RECONSTRUCTORS[chosen.reconstruction].scatters:
-        cut = band_count(pixels, count, SCATTERED_PER_THREAD, LARGEST_SCATTERED)
+        limits = SMALLEST_SCATTERED, LARGEST_SCATTERED
+        cut = band_count(pixels, count, SCATTERED_PER_THREAD, *limits)
     else:
-        cut = band_count(pixels, count, BANDS_PER_THREAD, LARGEST_BAND)
+        cut = band_count(pixels, count, BANDS_PER_THREAD, SMALLEST_BAND, LARGEST_BAND)
     run_parallel(work, row_bands(desired.height, cut), threads)
     frame = Frame(desired, color, disparity, coverage)
     if chosen.fill == "background":
@@ -218,10 +220,10 @@ def frame_bytes(reference: PreparedView, desired: CameraModel) -> int:
     return desired.height * desired.width * pixel
 
 
-def band_count(pixels: int, threads: int, each: int, largest: int) -> int:
-    """Into how many bands, of at most ``largest`` pixels, a view is cut: ``each`` for a thread."""
+def band_count(pixels: int, threads: int, each: int, smallest: int, largest: int) -> int:
+    """Into how many bands a view is cut: ``each`` for a thread, of so many pixels."""
     wanted = 1 if threads == 1 else threads * each
-    return max(min(wanted, pixels // SMALLEST_BAND), -(-pixels // largest), 1)
+    return max(min(wanted, pixels // smallest), -(-pixels // largest), 1)
 
 
 def merge_options(
@@ -241,20 +243,27 @@ def merge_options(
     Raises:
         InputError: a name that is no field, or a value it does not take.
     """
-    known = {field.name for field in fields(WarpOptions)}
-    unknown = sorted(set(choices) - known)
-    if unknown:
-        raise InputError(
-            f"{owner} has no option {unknown[0]!r}, expected one of "
-            + ", ".join([*others, *sorted(known)])
-        )
     if options is not None and not isinstance(options, WarpOptions):
         raise InputError(
             f"{owner}.options is a {type(options).__name__}, expected WarpOptions: single choices "
             'are named, such as reconstruction="point"'
         )
-    base = options or WarpOptions()
-    return WarpOptions(**{name: choices.get(name, getattr(base, name)) for name in known})
+    unknown = sorted(choices.keys() - OPTION_NAMES)
+    if unknown:
+        raise InputError(
+            f"{owner} has no option {unknown[0]!r}, expected one of "
+            + ", ".join([*others, *sorted(OPTION_NAMES)])
+        )
+    try:
+        return _merged(options or DEFAULTS, **choices)
+    except TypeError:  # a value without a hash: no option takes one
+        return replace(options or DEFAULTS, **choices)
+
+
+@lru_cache(maxsize=64, typed=True)
+def _merged(options: WarpOptions, **choices: Any) -> WarpOptions:
+    """The same few choices are made for every frame: they are checked once."""
+    return replace(options, **choices)
 
 
 def prepare_all(
@@ -296,16 +305,27 @@ def prepare_all(
 
 def nearest_order(views: Sequence[PreparedView], desired: CameraModel) -> list[int]:
     """Indices by the distance of the view's center from the desired eye; ties keep the order."""
-    away = [math.dist(one.camera.center, desired.center) for one in views]
+    if len(views) == 1:
+        return [0]
+    away = _distances(views, desired)
     return sorted(range(len(views)), key=lambda n: away[n])
 
 
 def nearness_weights(views: Sequence[PreparedView], desired: CameraModel) -> F4:
     """(n,) blending weights, one over the squared distance to the desired eye, summing to 1."""
-    distance = np.array([math.dist(one.camera.center, desired.center) for one in views])
-    floor = NEARNESS_FLOOR * distance.mean() or 1.0
-    weights = 1.0 / (distance**2 + floor**2)
-    return (weights / weights.sum()).astype(np.float32)
+    if len(views) == 1:
+        return np.ones(1, np.float32)
+    away = _distances(views, desired)
+    floor = NEARNESS_FLOOR * (sum(away) / len(away)) or 1.0
+    weights = [1.0 / (distance * distance + floor * floor) for distance in away]
+    total = sum(weights)
+    return np.array([weight / total for weight in weights], np.float32)
+
+
+def _distances(views: Sequence[PreparedView], desired: CameraModel) -> list[float]:
+    """From each view's center to the desired eye, metres. Lists: arrays of three are slower."""
+    eye = desired.center.tolist()
+    return [math.dist(one.camera.center.tolist(), eye) for one in views]
 
 
 def _passage(
@@ -316,6 +336,7 @@ def _passage(
     correction: Correction = UNCHANGED,
 ) -> Passage:
     from belvedere.warp import _tiles
+    from belvedere.warp.scatter import runs_of
 
     if not isinstance(desired, Camera) or not isinstance(prepared.camera, Camera):
         return bent_passage(prepared, desired, options, threads)
@@ -359,9 +380,10 @@ def _passage(
     back = np.empty((0, 4))
     if looks_back:
         back = correction.backward(warp_matrix(desired, prepared.camera))
+    tiles = tiles[:count]
     return Passage(
         matrix,
-        tiles[:count],
+        tiles,
         options,
         prepared.color if reconstructor.scatters else prepared.linear(threads),
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
@@ -369,6 +391,7 @@ def _passage(
         desired.height,
         back.astype(np.float32).ravel(),
         prepared,
+        runs_of(tiles) if reconstructor.scatters else tiles[:0],
         gain=correction.gain,
     )
 

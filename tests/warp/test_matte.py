@@ -171,7 +171,7 @@ def test_of_two_samples_between_two_edges_the_purer_is_believed(near: bool, axis
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_surface_that_darkens_toward_its_edge_keeps_it(turned: bool) -> None:
     """The edge is half way; its sample is darker than any mixture that leaves it its centre."""
-    row = np.array([0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.37, 0.25, 0.23, 0.23, 0.23, 0.23, 0.23])
+    row = np.array([0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.37, 0.27, 0.23, 0.23, 0.23, 0.23, 0.23])
     near = np.arange(row.size) < 8
     row, near = (row[::-1], near[::-1]) if turned else (row, near)
     color = np.zeros((9, row.size, 4), np.float32)
@@ -180,6 +180,13 @@ def test_a_surface_that_darkens_toward_its_edge_keeps_it(turned: bool) -> None:
     right, _, _ = found_edges(color, disparity)
     column = int(np.flatnonzero(near[1:] != near[:-1])[0])
     assert np.all(np.abs(right[:, column] - 0.5) < 0.15)
+
+
+def test_where_depth_reaches_a_sample_too_far_the_edge_is_drawn_back() -> None:
+    color, disparity, _ = two_surfaces((1.0, 0.0), 9.5)
+    disparity[:, 10] = disparity[:, 9]  # of the near surface, by its depth alone
+    right, _, _ = found_edges(color, disparity)
+    assert np.all(right[:, 10] < 0.02)
 
 
 @pytest.mark.parametrize("width", [0.6, 0.8, 1.0, 1.3])

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
+from typing import Any
 
 import numpy as np
+import pytest
 
-from belvedere.ground.scratch import scratch
+from belvedere.ground.scratch import SMALLEST_LOAN, lend, scratch
 
 
 def test_a_thread_gets_the_same_memory_again() -> None:
@@ -41,3 +43,26 @@ def test_two_threads_never_share() -> None:
 
     with ThreadPoolExecutor(2) as pool:
         assert all(pool.map(mine, [1, 2]))
+
+
+@pytest.mark.parametrize("keep", [lambda block: block, lambda block: block[8:12].view(np.uint32)])
+def test_lent_memory_comes_back_when_the_last_array_in_it_is_gone(keep: Any) -> None:
+    size = SMALLEST_LOAN + 40
+    held = keep(lend(size))
+    place = held.ctypes.data
+    other = lend(size)
+    assert not np.shares_memory(held, other)
+    del held
+    again = lend(size - 20)  # a little less fits as well
+    assert again.ctypes.data <= place < again.ctypes.data + again.nbytes
+    assert again.shape == (size - 20,)
+
+
+def test_memory_that_is_much_too_large_or_too_small_is_not_lent_again() -> None:
+    block = lend(4 * SMALLEST_LOAN)
+    block[:] = 7
+    del block
+    assert lend(SMALLEST_LOAN).nbytes == SMALLEST_LOAN
+    block = lend(SMALLEST_LOAN)
+    del block
+    assert lend(2 * SMALLEST_LOAN).nbytes == 2 * SMALLEST_LOAN

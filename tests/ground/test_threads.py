@@ -100,3 +100,39 @@ def test_the_number_of_threads_is_checked() -> None:
     for threads in (0, -1, 257, 1.5, True):
         with pytest.raises(InputError, match=r"options.threads is .*whole number from 1 to 256"):
             thread_count(threads)  # type: ignore[arg-type]
+
+
+def test_nobody_waits_for_a_helper_that_has_nothing_to_do() -> None:
+    """Whoever wakes late must not hold up the caller, nor harm a later job."""
+    gate, busy = threading.Event(), threading.Semaphore(0)
+
+    def hold(item: int) -> int:
+        busy.release()
+        gate.wait(10)
+        return item
+
+    first = threading.Thread(target=run_parallel, args=(hold, range(9), 9))
+    first.start()
+    for _ in range(9):
+        assert busy.acquire(timeout=10)
+    began = time.monotonic()
+    assert run_parallel(lambda item: item, range(6), 3) == list(range(6))  # every helper is busy
+    assert time.monotonic() - began < 5
+    gate.set()
+    first.join(10)
+    assert not first.is_alive()
+    assert run_parallel(lambda item: -item, range(6), 3) == [0, -1, -2, -3, -4, -5]
+
+
+def test_what_nobody_had_begun_when_an_item_failed_is_left_undone() -> None:
+    done: list[int] = []
+
+    def fail_first(item: int) -> None:
+        if item == 0:
+            raise ValueError("first")
+        time.sleep(0.01)
+        done.append(item)
+
+    with pytest.raises(ValueError, match="first"):
+        run_parallel(fail_first, range(100), 2)
+    assert len(done) < 10

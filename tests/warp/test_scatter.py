@@ -96,46 +96,50 @@ def test_the_cell_a_sample_lands_in_does_not_depend_on_where_its_band_begins(
             assert got == {(row, sample) for row, sample in wanted if row in held}
 
 
-@pytest.mark.parametrize("by_order", [True, False])
-def test_a_band_holds_the_rows_of_the_whole_whatever_float32_makes_of_them(by_order: bool) -> None:
-    """No band may skip a sample that another would have kept."""
+def scattered(
+    matrix: np.ndarray, disparity: np.ndarray, size: tuple[int, int], rows: tuple[int, int],
+    by_order: bool,
+) -> np.ndarray:  # fmt: skip
+    """Words of some rows of a desired view of (height, width) pixels."""
     from belvedere.warp import _scatter, _tiles
     from belvedere.warp.prepare import sample_range
     from belvedere.warp.scatter import runs_of
 
+    low, high = sample_range(disparity)
+    tiles = np.empty((200, _tiles.FIELDS), np.int32)
+    sheets = [(0, 41, 1, 0, 23, -1), (41, 100, -1, 0, 23, -1), (0, 100, -1, 23, 60, 1)]
+    count = _tiles.list_tiles(
+        np.array(sheets, np.int32), low, high, matrix, size[1], size[0], 2, tiles
+    )
+    tiles = tiles[:count]
+    number = np.arange(disparity.size, dtype=np.uint32).reshape(disparity.shape)
+    word = np.empty((rows[1] - rows[0]) * size[1] + _scatter.SPARE, np.int64)
+    _scatter.scatter(
+        matrix.astype(np.float32).ravel(), disparity, number, tiles, runs_of(tiles), low, high, 0,
+        rows[0], size[1], rows[1] - rows[0], size[0], by_order, word, None,
+    )  # fmt: skip
+    return word[: -_scatter.SPARE].reshape(-1, size[1])
+
+
+@pytest.mark.parametrize("by_order", [True, False])
+def test_a_band_holds_the_rows_of_the_whole_whatever_float32_makes_of_them(by_order: bool) -> None:
+    """No band may skip a sample that another would have kept."""
     rng, width, height, landed = np.random.default_rng(9), 70, 90, 0
-    number = np.arange(60 * 100, dtype=np.uint32).reshape(60, 100)
+    straight = np.array([[1.0, 0.1, -9.0, 30.0], [-0.1, 1.2, 3.0, -20.0], [2e-3, 1e-3, 0.8, -0.3]])
     for trial in range(60):
         disparity = rng.uniform(0.2, 0.4, (60, 100)).astype(np.float32)
-        matrix = np.array([[1.0, 0.1, -9.0, 30.0], [-0.1, 1.2, 3.0, -20.0], [2e-3, 1e-3, 0.8, -0.3]])
-        matrix += 0.03 * np.abs(matrix) * rng.normal(size=(3, 4))
+        matrix = straight + 0.03 * np.abs(straight) * rng.normal(size=(3, 4))
         if trial % 2:  # places are the difference of large numbers, off by pixels
             disparity[:] = 0.3
             large = rng.normal(size=3) * 10.0 ** rng.uniform(3, 7.5)
             matrix[:, 3] += large
             matrix[:, 2] -= large * np.float64(np.float32(0.3))
-        low, high = sample_range(disparity)
-        tiles = np.empty((200, _tiles.FIELDS), np.int32)
-        sheets = np.array([(0, 41, 1, 0, 23, -1), (41, 100, -1, 0, 23, -1), (0, 100, -1, 23, 60, 1)])
-        count = _tiles.list_tiles(
-            sheets.astype(np.int32), low, high, matrix, width, height, 2, tiles
-        )
-        given = tiles[:count], runs_of(tiles[:count]), low, high
-
-        def scattered(begin: int, end: int, given: Any = given, matrix: Any = matrix,
-                      disparity: Any = disparity) -> np.ndarray:  # fmt: skip
-            word = np.empty((end - begin) * width + _scatter.SPARE, np.int64)
-            _scatter.scatter(
-                matrix.astype(np.float32).ravel(), disparity, number, *given, 0, begin, width,
-                end - begin, height, by_order, word, None,
-            )  # fmt: skip
-            return word[: (end - begin) * width].reshape(-1, width)
-
-        whole = scattered(0, height)
-        landed += int((whole != _scatter.EMPTY).sum())
+        whole = scattered(matrix, disparity, (height, width), (0, height), by_order)
+        landed += int((whole >= 0).sum())
         cuts = [0, *sorted(rng.choice(np.arange(1, height), 5, replace=False).tolist()), height]
-        for begin, end in pairwise(cuts):
-            np.testing.assert_array_equal(scattered(begin, end), whole[begin:end])
+        for rows in pairwise(cuts):
+            band = scattered(matrix, disparity, (height, width), rows, by_order)
+            np.testing.assert_array_equal(band, whole[slice(*rows)])
     assert landed > 5000
 
 

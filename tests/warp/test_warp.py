@@ -19,7 +19,7 @@ from belvedere.warp import (
     prepare,
     warp,
 )
-from belvedere.warp.warp import BANDS_PER_THREAD
+from belvedere.warp.warp import BANDS_PER_THREAD, merge_options
 from tests.warp.worlds import (
     VISIBILITIES,
     boards,
@@ -284,3 +284,27 @@ def test_single_choices_override_options() -> None:
     frame = warp(VIEW, HOME, options=options, fill="none")
     assert frame.filled is None
     np.testing.assert_array_equal(frame.color, VIEW.color)
+
+
+def test_an_option_is_refused_even_if_its_like_was_taken_before() -> None:
+    """1 equals True, and what was checked is remembered."""
+    for good, bad in ((True, 1), (False, 0)):
+        assert merge_options(None, {"explain": good}).explain is good
+        with pytest.raises(InputError, match=rf"WarpOptions.explain is {bad}, expected"):
+            merge_options(None, {"explain": bad})
+    with pytest.raises(InputError, match=r"WarpOptions.splat is a dict"):
+        merge_options(None, {"splat": {"size": 3}})
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+@pytest.mark.parametrize("width", [1, 2, 3, 4, 5, 7, 8, 33])
+def test_pictures_of_any_width_keep_every_byte(width: int, channels: int) -> None:
+    """Bytes are packed several pixels at a time."""
+    rng = np.random.default_rng(width)
+    camera = straight_camera(width + 3, 6)
+    color = rng.integers(0, 256, (6, width + 3, channels), dtype=np.uint8)
+    view = ReferenceView(camera, color, np.full((6, width + 3), 0.5, np.float32))
+    part = camera.cropped(2, 1, width, 4)
+    for given in (view, [view, view]):
+        frame = warp(given, part, reconstruction="point", threads=1)
+        np.testing.assert_array_equal(frame.color, color[1:5, 2 : 2 + width])

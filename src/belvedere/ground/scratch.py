@@ -75,3 +75,8 @@ def lend(size: int) -> npt.NDArray[np.uint8]:
     if not size <= block.size <= 2 * size:
         block = np.empty(size, np.uint8)
     return np.asarray(_Loan(block))[:size]
+
+
+def forget_loans() -> None:
+    """Give back to the system what `lend` keeps."""
+    _returned.clear()

@@ -74,7 +74,7 @@ class _Helpers:
     """Threads kept for the life of the process, waiting for jobs."""
 
     def __init__(self) -> None:
-        self._jobs: SimpleQueue[_Job[Any, Any]] = SimpleQueue()
+        self._jobs: SimpleQueue[_Job[Any, Any] | None] = SimpleQueue()
         self._lock, self._count = threading.Lock(), 0
 
     def offer(self, job: _Job[Any, Any], helpers: int) -> None:
@@ -88,9 +88,17 @@ class _Helpers:
         for _ in range(helpers):
             self._jobs.put(job)
 
+    def dismiss(self) -> None:
+        """Let all of them end, with what they hold."""
+        with self._lock:
+            for _ in range(self._count):
+                self._jobs.put(None)
+            self._count = 0
+
     def _serve(self) -> None:
-        while True:
-            self._jobs.get().work()
+        while (job := self._jobs.get()) is not None:
+            job.work()
+            del job  # and the arrays it holds
 
 
 @lru_cache(maxsize=1)
@@ -98,6 +106,11 @@ def _helpers(process: int) -> _Helpers:
     """The helpers of this process; a fork has none of its parent's threads."""
     del process
     return _Helpers()
+
+
+def renew_helpers() -> None:
+    """End the threads that wait for work; the next work starts new ones without working memory."""
+    _helpers(os.getpid()).dismiss()
 
 
 def run_parallel(

@@ -11,6 +11,9 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
+from belvedere.ground.scratch import forget_loans
+from belvedere.ground.threads import renew_helpers
+
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 RESET_PEAK = "5"
 """What Linux wants to be told to forget the highest resident size so far."""
@@ -20,12 +23,12 @@ def peak_megabytes(run: Callable[[], Any]) -> float:
     """The larger of what Python's allocators saw and of how far the process grew.
 
     The first knows NumPy's arrays on any system; the second, on Linux, also what libraries and
-    kernels take for themselves. Each call runs in a thread of its own after the pool's threads
-    are renewed, so that scratch memory kept by threads counts as it would in a first call. Warm
-    the call up before: what is loaded or compiled once is not its working memory.
+    kernels take for themselves. Each call runs in a thread of its own after the helping threads
+    are renewed and kept memory is given back, so that both count as they would in a first call.
+    Warm the call up before: what is loaded or compiled once is not its working memory.
     """
     grown = _resident_growth(run)
-    _renew_threads()
+    _forget()
     gc.collect()
     tracemalloc.start()
     try:
@@ -40,7 +43,7 @@ def peak_megabytes(run: Callable[[], Any]) -> float:
 
 def _resident_growth(run: Callable[[], Any]) -> int:
     """Bytes by which the process was larger at most than before; 0 where nobody tells."""
-    _renew_threads()
+    _forget()
     gc.collect()
     try:
         ctypes.CDLL(None).malloc_trim(0)  # freed pages go back, so that using them anew is seen
@@ -57,10 +60,10 @@ def _status(field: str) -> int:
     return 1024 * int(found.group(1)) if found else 0
 
 
-def _renew_threads() -> None:
-    from belvedere.ground import threads
-
-    threads._pool.cache_clear()
+def _forget() -> None:
+    """Let threads end that hold scratch memory, and memory go that waits to be used again."""
+    renew_helpers()
+    forget_loans()
 
 
 def _in_new_thread(run: Callable[[], Any]) -> None:

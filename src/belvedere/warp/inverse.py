@@ -13,6 +13,8 @@ offset-buffer-warping 7 for un-mixed edges.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -50,12 +52,47 @@ def paint_inverse(
 
     Memory: 37 bytes and 10 more for each reference, a pixel of the rows.
     """
-    from belvedere.warp import _layers, _lookup, _surface, _surface_any
-
     low, high = max(rows[0] - HALO, 0), min(rows[1] + HALO, passages[0].height)
-    count, size = len(passages), (high - low, disparity.shape[1])
-    options = passages[0].options
-    tolerance = options.surface_tolerance
+    layers = _draw_layers(passages, low, (high - low, disparity.shape[1]))
+    if len(passages) > 1:
+        _reject(passages, layers)
+    shown = _merge(passages, weights, layers)
+    _color(passages, weights, layers, shown, rows, color, disparity, coverage)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layers:
+    """What each of n references shows in the rows from ``low`` on, in memory of the thread."""
+
+    low: int
+    centers: F4
+    """(n, rows, W) disparity at the centre of each pixel, -1 = none."""
+    edges: F4
+    """(n, rows, W) that of its nearest surface near an edge, -1 = none."""
+    masks: npt.NDArray[np.uint16]
+    """(n, rows, W) sixteenths of the pixel that surface covers."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.centers.shape[1], self.centers.shape[2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shown:
+    """What the pixels of those rows show; see `_layers.merge_layers`."""
+
+    front: F4
+    alpha: F4
+    index: npt.NDArray[np.int32]
+    behind: F4
+    partial: int
+
+
+def _draw_layers(passages: Sequence[Passage], low: int, size: tuple[int, int]) -> _Layers:
+    """Scan-convert every reference's surface into a layer of its own."""
+    from belvedere.warp import _surface, _surface_any
+
+    count, tolerance = len(passages), passages[0].options.surface_tolerance
     centers = scratch("inverse centers", (count, *size), np.float32)
     edges = scratch("inverse edges", (count, *size), np.float32)
     masks = scratch("inverse masks", (count, *size), np.uint16)
@@ -65,54 +102,69 @@ def paint_inverse(
         parts = passage.silhouettes.parts
         layer = centers[n], edges[n], masks[n]
         drawing = _surface if passage.w.dtype == np.float32 else _surface_any
-        given = passage.tiles, low, high, tolerance, *layer
+        given = passage.tiles, low, low + size[0], tolerance, *layer
         # parts first: intact cells are only asked how much they cover where an edge is known
         drawing.draw_parts(passage.w, parts.corners, parts.near, parts.ends, *given)
         drawing.draw_surface(passage.w, passage.disparity, passage.links, *given)
-    if count > 1 and options.merge_ratio is not None:
-        _layers.keep_one_reference(options.merge_ratio, centers, edges)
-    elif count > 1:
-        for n, passage in enumerate(passages):
-            for k, other in enumerate(passages):
-                if k == n:
-                    continue
-                _layers.reject_seen_through(
-                    passage.back,
-                    passage.disparity,
-                    passage.links,
-                    n,
-                    other.w,
-                    other.back,
-                    other.disparity,
-                    other.links,
-                    k,
-                    low,
-                    tolerance,
-                    centers,
-                    edges,
-                )
+    return _Layers(low, centers, edges, masks)
+
+
+def _reject(passages: Sequence[Passage], layers: _Layers) -> None:
+    """Let every reference take back what the others guessed and it can see to be wrong."""
+    from belvedere.warp import _rejection
+
+    options, centers, edges = passages[0].options, layers.centers, layers.edges
+    if options.merge_ratio is not None:
+        _rejection.keep_one_reference(options.merge_ratio, centers, edges)
+        return
+    for (n, one), (k, other) in permutations(enumerate(passages), 2):
+        _rejection.reject_seen_through(
+            *(one.back, one.disparity, one.links, n),
+            *(other.w, other.back, other.disparity, other.links, k),
+            *(layers.low, options.surface_tolerance, centers, edges),
+        )
+
+
+def _merge(passages: Sequence[Passage], weights: F4, layers: _Layers) -> _Shown:
+    """Close cracks and find what each pixel shows, and what is behind it at silhouettes."""
+    from belvedere.warp import _cracks, _layers
+
+    size, tolerance = layers.size, passages[0].options.surface_tolerance
     front = scratch("inverse front", size, np.float32)
     alpha = scratch("inverse alpha", size, np.float32)
     index = scratch("inverse index", (size[0] * size[1],), np.int32)
     behind = scratch("inverse behind", (size[0] * size[1],), np.float32)
     seen = scratch("inverse seen", (size[0] * size[1],), np.uint8)
-    cracks = _layers.find_cracks(centers, edges, tolerance, front, index, behind, seen)
+    centers, edges = layers.centers, layers.edges
+    cracks = _cracks.find_cracks(centers, edges, tolerance, front, index, behind, seen)
     for passage in passages:
-        _layers.witness_cracks(
-            passage.back,
-            passage.disparity,
-            index,
-            behind,
-            cracks,
-            size[1],
-            low,
-            tolerance,
-            seen,
+        _cracks.witness_cracks(
+            *(passage.back, passage.disparity, index, behind, cracks),
+            *(size[1], layers.low, tolerance, seen),
         )
     partial = _layers.merge_layers(
-        centers, edges, masks, weights, tolerance, seen, cracks, front, alpha, index, behind
+        *(centers, edges, layers.masks, weights, tolerance, seen, cracks),
+        *(front, alpha, index, behind),
     )
+    return _Shown(front, alpha, index, behind, partial)
+
+
+def _color(
+    passages: Sequence[Passage],
+    weights: F4,
+    layers: _Layers,
+    shown: _Shown,
+    rows: tuple[int, int],
+    color: npt.NDArray[Any],
+    disparity: F4,
+    coverage: F4,
+) -> None:
+    """Look colours up in every reference and blend them into the frame's rows."""
+    from belvedere.warp import _lookup
+
+    low, width, partial = layers.low, layers.size[1], shown.partial
     core = slice(rows[0] - low, rows[1] - low)
+    front = shown.front[core]
     total = scratch("inverse total", (*disparity.shape, 4), np.float32)
     total_weight = scratch("inverse weight", disparity.shape, np.float32)
     below = scratch("inverse below", (partial + 1, 4), np.float32)
@@ -120,52 +172,18 @@ def paint_inverse(
     below.fill(0.0)
     below_weight.fill(0.0)
     for n, passage in enumerate(passages):
-        clean = passage.silhouettes.color
+        back, clean, own = passage.back, passage.silhouettes.color, passage.disparity
+        share = weights[n], passage.gain
         _lookup.look_up(
-            passage.back,
-            clean,
-            passage.disparity,
-            passage.links,
-            centers[n, core],
-            edges[n, core],
-            front[core],
-            rows[0],
-            weights[n],
-            passage.gain,
-            tolerance,
-            EDGE_TOLERANCE,
-            n == 0,
-            total,
-            total_weight,
+            *(back, clean, own, passage.links, layers.centers[n, core], layers.edges[n, core]),
+            *(front, rows[0], *share, passage.options.surface_tolerance, EDGE_TOLERANCE),
+            *(n == 0, total, total_weight),
         )
         _lookup.look_up_behind(
-            passage.back,
-            clean,
-            passage.disparity,
-            index,
-            behind,
-            partial,
-            size[1],
-            low,
-            weights[n],
-            passage.gain,
-            EDGE_TOLERANCE,
-            below,
-            below_weight,
+            *(back, clean, own, shown.index, shown.behind, partial, width, low),
+            *(*share, EDGE_TOLERANCE, below, below_weight),
         )
     _lookup.finish_rows(
-        total,
-        total_weight,
-        front[core],
-        alpha,
-        index,
-        behind,
-        partial,
-        core.start,
-        below,
-        below_weight,
-        LINEAR_TO_SRGB8,
-        color,
-        disparity,
-        coverage,
+        *(total, total_weight, front, shown.alpha, shown.index, shown.behind, partial),
+        *(core.start, below, below_weight, LINEAR_TO_SRGB8, color, disparity, coverage),
     )

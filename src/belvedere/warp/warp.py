@@ -114,8 +114,9 @@ def warp(
     cells a pixel), so at most 21 MB a thread with two references. For ``point``, in bands of at
     most `LARGEST_SCATTERED` pixels shared among the references, 8 bytes for each reference, for
     ``splat`` 12 more, and with several references of ``float32`` colour 4 more for each: with the
-    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to four references. A large frame's memory is used
-    again for the next one once nobody holds it any more (see `ground.scratch.lend`).
+    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to four references. A large
+    frame's memory is used again for the next one once nobody holds it any more (see
+    `ground.scratch.lend`).
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.

@@ -19,7 +19,7 @@ from belvedere.warp import (
     prepare,
     warp,
 )
-from belvedere.warp.warp import BANDS_PER_THREAD, merge_options
+from belvedere.warp.warp import BANDS_PER_THREAD, band_count, merge_options
 from tests.warp.worlds import (
     VISIBILITIES,
     boards,
@@ -308,3 +308,14 @@ def test_pictures_of_any_width_keep_every_byte(width: int, channels: int) -> Non
     for given in (view, [view, view]):
         frame = warp(given, part, reconstruction="point", threads=1)
         np.testing.assert_array_equal(frame.color, color[1:5, 2 : 2 + width])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 4])
+@pytest.mark.parametrize("pixels", [1, 900, 65_536, 262_144, 327_680, 1 << 24])
+def test_bands_are_neither_too_large_nor_shared_out_unevenly(pixels: int, threads: int) -> None:
+    count = band_count(pixels, threads, 2, 1 << 14, 1 << 16)
+    assert count >= 1
+    assert pixels / count <= 1 << 16
+    assert count == 1 or pixels / count >= 1 << 13 or count <= 2 * threads
+    if pixels >= threads << 16:
+        assert count % threads == 0

@@ -48,7 +48,8 @@ LARGEST_BAND = 1 << 18
 SMALLEST_SCATTERED = 1 << 14
 """The same where samples scatter, which is soon done."""
 LARGEST_SCATTERED = 1 << 17
-"""The same where samples scatter: a layer of words then stays in the second-level cache."""
+"""The same where samples scatter, of all layers together: their words then stay in the second-level
+cache."""
 
 DEFAULTS = WarpOptions()
 OPTION_NAMES = {field.name for field in fields(WarpOptions)}
@@ -114,10 +115,11 @@ def warp(
     `LARGEST_BAND` pixels: for ``inverse`` 37 bytes a pixel and 10 for each reference; for ``mesh``
     24 for each reference, for ``gaussian`` 12 more, for ``offset`` 33 more (its warp buffer, four
     cells a pixel), so at most 21 MB a thread with two references. For ``point``, in bands of at
-    most `LARGEST_SCATTERED` pixels, 8 bytes for each reference, for ``splat`` 12 more, and with
-    several references of ``float32`` colour 4 more for each: with the frame (11 bytes a pixel of
-    ``uint8`` RGB) below 64 bytes a pixel up to four references. A large frame's memory is used
-    again for the next one once nobody holds it any more (see `ground.scratch.lend`).
+    most `LARGEST_SCATTERED` pixels shared among the references, 8 bytes for each reference, for
+    ``splat`` 12 more, and with several references of ``float32`` colour 4 more for each: with the
+    frame (11 bytes a pixel of ``uint8`` RGB) below 64 bytes a pixel up to four references. A large
+    frame's memory is used again for the next one once nobody holds it any more (see
+    `ground.scratch.lend`).
 
     Source: McMillan 1999 (eq. 10-18), Popescu and Lastra TR99-017; specs image-warping 3 and
     offset-buffer-warping 3.
@@ -186,7 +188,8 @@ def warp_prepared(
         _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
 
     if RECONSTRUCTORS[chosen.reconstruction].scatters:
-        limits = SMALLEST_SCATTERED, LARGEST_SCATTERED
+        layers = len(prepared) * (2 if chosen.reconstruction == "splat" else 1)
+        limits = SMALLEST_SCATTERED, max(LARGEST_SCATTERED // layers, SMALLEST_SCATTERED)
         cut = band_count(pixels, count, SCATTERED_PER_THREAD, *limits)
     else:
         cut = band_count(pixels, count, BANDS_PER_THREAD, SMALLEST_BAND, LARGEST_BAND)
@@ -222,9 +225,13 @@ def frame_bytes(reference: PreparedView, desired: CameraModel) -> int:
 
 
 def band_count(pixels: int, threads: int, each: int, smallest: int, largest: int) -> int:
-    """Into how many bands a view is cut: ``each`` for a thread, of so many pixels."""
+    """Into how many bands a view is cut: ``each`` for a thread, of so many pixels.
+
+    What is cut further because it is large is cut as often for every thread.
+    """
     wanted = 1 if threads == 1 else threads * each
-    return max(min(wanted, pixels // smallest), -(-pixels // largest), 1)
+    needed = -(-pixels // (largest * threads)) * threads if pixels > largest else 1
+    return max(min(wanted, pixels // smallest), needed)
 
 
 def merge_options(

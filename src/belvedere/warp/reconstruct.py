@@ -312,8 +312,9 @@ def _paint_offset(
     scale, tolerance = options.buffer_scale, passage.options.surface_tolerance
     layout = _offset_word.word_layout(options.offset_bits, tolerance, *passage.disparity.shape)
     height, width = disparity.shape
+    adaptive = options.density == "adaptive"
     halo = 1 if options.front_filter else 0  # rows of cells that only the filter looks at
-    cells = ((height + 1) * scale + 2 * halo, (width + 1) * scale)
+    cells = ((height + 2) * scale + 2 * halo, (width + 2) * scale)
     count = cells[0] * cells[1]
     words = scratch("cell word", (count + 1,), np.uint64)
     words.fill(_offset_word.EMPTY)
@@ -324,7 +325,7 @@ def _paint_offset(
         passage.tiles,
         rows[0] * scale - halo,
         passage.height,
-        0 if options.density == "adaptive" else options.density,
+        0 if adaptive else options.density,
         options.largest,
         scale,
         layout,
@@ -337,6 +338,8 @@ def _paint_offset(
             grid, layout, tolerance, scratch("cell rows", (3, cells[1]), np.float32)
         )
     _offset_resolve.resolve_offset_buffer(
+        passage.w,
+        passage.disparity,
         grid[halo : cells[0] - halo],
         passage.color,
         passage.links,
@@ -345,8 +348,12 @@ def _paint_offset(
         layout,
         scale,
         tolerance,
+        adaptive,
+        rows[0],
         scratch("above color", (width, 4), np.float32),
         scratch("above", (width, 4), np.float32),
+        scratch("wide color", (3, width + 2, 4), np.float32),
+        scratch("wide disparity", (3, width + 2), np.float32),
         color,
         disparity,
         coverage,

@@ -27,8 +27,8 @@ from belvedere.warp._offset_lattice import (
     run_need,
 )
 from belvedere.warp._offset_quarters import fill_broken
-from belvedere.warp._offset_word import IN_CELL, back_word, front_word, mark
 from belvedere.warp._offset_wide import APART, fine_part, read_wide
+from belvedere.warp._offset_word import IN_CELL, back_word, front_word, mark
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -158,12 +158,21 @@ def fill_tile(
     """Sub-samples of the intact cells of a tile: rows of cells one by one, down it.
 
     Args:
+        w: (12,) warp matrix.
+        disparity: (H, W).
+        links: (H, W) bits of `_edges`.
         v_low: the tile's first row of samples.
         v_high: row after its last.
-        u_low: ...
-        u_high: ...
+        u_low: its first column.
+        u_high: column after its last.
+        density: sub-samples per pixel and axis, even; 0: what each run needs.
+        most: upper bound of what a run may need.
+        b4: cells per output pixel and axis.
+        layout: of words.
+        row_first: first row of cells of the band.
         first4: first row of the buffer's cells that the tile may land in.
         end4: row after the last.
+        columns: cells across.
         lanes: (4, room) to work in, and so are those that follow.
         corners: (6, TILE + 1).
         column_cell: (room,).
@@ -178,8 +187,7 @@ def fill_tile(
         column: (TILE + 2 APART,).
         places: (TILE,) 0, 1, 2 and so on.
         cell_numbers: (TILE,) the same as words have them.
-
-    The others as `fill_offset_buffer` has them.
+        out_word: see `fill_offset_buffer`.
     """
     rows, stride = disparity.shape
     nowhere, low_bits = out_word.size - 1, np.uint64(layout.low)
@@ -216,7 +224,8 @@ def fill_tile(
             some_wide = read_wide(links[v, u_low:], xa, ya, xb, yb, across, wide, ample)
             if some_wide:
                 fine, fine_end = fine_part(links, v, u_low, across, ample, column)
-        slots = 0  # sub-samples at the same places in every cell, for wide ones
+        # sub-samples at the same places in every cell, for wide ones
+        slots, start, nv = 0, ZERO, ZERO
         if some_wide:
             slots, nv = even_need(ux, uy, vx, vy, most)
             nv, wide_next = rows_of_run(wide_ahead, nv, v == last)
@@ -235,8 +244,8 @@ def fill_tile(
                 fv = at_row / nv
                 base = back_word(v, u_low, nearest_step(fv), step_u, layout)
                 land_row(
-                    w, np.float32(u_low) + fu, np.float32(v) + fv, fv, upper, lower, places, layout, b4,
-                    row_first, first4, end4, columns, nowhere, TILE, cells, fronts,
+                    w, np.float32(u_low) + fu, np.float32(v) + fv, fv, upper, lower, places,
+                    layout, b4, row_first, first4, end4, columns, nowhere, TILE, cells, fronts,
                 )  # fmt: skip
                 complete_words(TILE, fronts, cell_numbers, wide, base, low_bits, words)
                 claim_row(across, cells, words, out_word)

@@ -42,7 +42,7 @@ def smooth_color(
 
 
 @inner
-def edge_color(color: F4, links: U1, v: int, u: int, step_v: int, step_u: int) -> Four:
+def edge_color(color: F4, links: U1, v: int, u: int, step_v: Real, step_u: Real) -> Four:
     """Colour in a cell beside an edge or the border: bilinear, with what is of one surface."""
     stride = color.shape[1]
     fu, fv = np.float32(step_u) / STEPS, np.float32(step_v) / STEPS

@@ -64,8 +64,20 @@ SETTLED = np.uint8(WHOLE | BEYOND)
 
 
 @inner
+def lends(kind: Real, own: Real, least: Real) -> bool:
+    """Whether a cell shows its pixel's wide sub-sample instead of what it sees itself.
+
+    Args:
+        kind: of the pixel.
+        own: disparity of what the cell sees, -1 if nothing.
+        least: disparity below which that is behind the wide sub-sample.
+    """
+    return (kind & WHOLE) != 0 or ((kind & BEHIND) != 0 and own < least)
+
+
+@inner
 def seen_in_cell(
-    words: U8, at: int, kind: int, behind: Real, keep: Real, layout: Any
+    words: U8, at: int, kind: Real, behind: Real, keep: Real, layout: Any
 ) -> tuple[Real, bool]:
     """Disparity of what a cell sees, -1 if nothing; whether it is its pixel's wide sub-sample.
 
@@ -79,7 +91,7 @@ def seen_in_cell(
     """
     held = words[np.uint64(at)]
     own = disparity_in(held, layout) if held != EMPTY else -ONE
-    wide = (kind & WHOLE) != 0 or ((kind & BEHIND) != 0 and own < behind * keep)
+    wide = lends(kind, own, behind * keep)
     return (behind if wide else own), wide
 
 
@@ -279,9 +291,8 @@ def resolve_offset_buffer(
             block = np.uint64(first_word + scale_b * block_x)
             for n in range(np.uint64(cells)):
                 held, at = all_words[block + offset[n]], pixel_at[n] + np.uint64(block_x)
-                kind = kinds[at]
                 own = disparity_in(held, layout) if held != EMPTY else -ONE
-                if kind & WHOLE or (kind & BEHIND and own < behind[at] * keep):
+                if adaptive and lends(kinds[at], own, behind[at] * keep):
                     own = behind[at]
                     four, value = load4(middles, n), load4(wide_color, at)
                 elif held == EMPTY:

@@ -70,8 +70,9 @@ def read_wide(
 def fine_part(
     links: U1, v: int, u_low: int, count: int, ample: U1, out_column: U1
 ) -> tuple[int, int]:
-    """First and end of the cells of a run that need the fine lattice; the first is not below the
-    end where none does.
+    """First and end of the cells of a run that need the fine lattice.
+
+    The first is not below the end where none does.
 
     Args:
         links: (H, W) bits of `_edges`.

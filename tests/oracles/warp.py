@@ -219,7 +219,7 @@ def offset_warp(
             tied.discard(cell)
             place_x = (cell[1] + (qu + 0.5) / places) / scale - 0.5
             place_y = (cell[0] + (qv + 0.5) / places) / scale - 0.5
-            cells[cell] = (delta / t, place_x, place_y, _interpolated(color, u, v), rank)
+            cells[cell] = (delta / t, place_x, place_y, interpolated(color, u, v), rank)
     out = np.zeros((*size, color.shape[2]))
     depth, coverage = np.full(size, np.nan), np.zeros(size, np.float32)
     sure = np.ones(size, bool)
@@ -255,7 +255,7 @@ def _on_plane(disparity: F8, u: float, v: float) -> float:
     return float(disparity[0, 0] + u * du + v * dv)
 
 
-def _interpolated(color: F8, u: float, v: float) -> F8:
+def interpolated(color: F8, u: float, v: float) -> F8:
     """Colour between samples of one surface: bicubic where there are sixteen, else bilinear."""
     height, width = color.shape[:2]
     i, j = math.floor(u), math.floor(v)

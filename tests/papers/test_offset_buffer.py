@@ -108,7 +108,7 @@ TURNS = ((0, 0.0), (15, 0.3), (30, 0.0), (45, 0.0), (45, 0.8), (60, 0.3), (75, 0
 """Degrees about the axis, and how much the board slants."""
 
 
-@pytest.mark.parametrize("reconstruction", ["inverse", "gaussian", "mesh"])
+@pytest.mark.parametrize("reconstruction", ["inverse", "gaussian", "mesh", "offset"])
 @pytest.mark.parametrize("growth", [1.0, 1.2, 1.4, 2.0, 3.0])
 def test_6_2_nothing_leaks_through_a_turned_board_that_grows(
     reconstruction: Any, growth: float
@@ -125,15 +125,6 @@ def test_6_2_six_sub_samples_suffice_up_to_a_growth_of_two(growth: float) -> Non
     assert all(leaks(growth, degrees, 0.0, six) == 0 for degrees in (0, 15, 30, 45, 60))
     four = {"reconstruction": "offset", "offset": OffsetOptions(density=4)}
     assert growth < 2 or leaks(growth, 45, 0.0, four) > 0
-
-
-@pytest.mark.parametrize("growth", [1.0, 1.2, 1.4, 2.0, 3.0])
-def test_6_2_adaptive_offsets_leak_next_to_nothing(growth: float) -> None:
-    """Measured: nothing in 38 of these 40 views, 0.28 and 0.07 % of the pixels, a tenth darker, in
-    two: growth 1.2 at 45 degrees, and 1.4 at 45 degrees with a steep slant.
-    """
-    for degrees, slant in TURNS:
-        assert leaks(growth, degrees, slant, {"reconstruction": "offset"}) <= 0.003
 
 
 CHOICES: dict[str, dict[str, Any]] = {
@@ -189,10 +180,15 @@ def jaggedness(choices: dict[str, Any]) -> float:
 
 
 def test_6_3_offsets_straighten_slanted_edges() -> None:
-    """Measured, pixels: default 0.023, offset 0.047, without offsets 0.062, splats 0.278."""
-    offset, none = jaggedness(CHOICES["offset"]), jaggedness(CHOICES["no offsets"])
+    """Measured, pixels: default 0.0230, adaptive 0.0226, the full lattice 0.0212, without offsets
+    0.0431, splats 0.278."""
+    offset, none = (
+        jaggedness({**CHOICES["offset"], "offset": OffsetOptions(density=4, offset_bits=bits)})
+        for bits in (2, 0)
+    )
     assert offset < none < jaggedness(CHOICES["splat 3x3"])
-    assert jaggedness({}) < offset
+    assert jaggedness(CHOICES["offset"]) < 0.025
+    assert jaggedness({}) < 0.025
 
 
 def test_6_3_offset_is_as_good_as_the_mesh(city_scores: dict[str, float]) -> None:
@@ -231,6 +227,7 @@ def cones(shared_data: Path, source: str) -> tuple[ReferenceView, Camera, np.nda
     "choices",
     [
         {"reconstruction": "offset", "offset": OffsetOptions(density=4)},  # the paper's
+        {"reconstruction": "offset"},
         {"reconstruction": "mesh"},
         {},
     ],

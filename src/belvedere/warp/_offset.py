@@ -15,16 +15,20 @@ from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import mul32, shr32
 from belvedere.warp._edges import INTACT
 from belvedere.warp._offset_lattice import (
+    MARGIN,
     bounds,
+    even_need,
     land_corners,
     lay_columns,
+    longest_sides,
     may_meet,
     nearest_step,
     rows_of_run,
     run_need,
 )
 from belvedere.warp._offset_quarters import fill_broken
-from belvedere.warp._offset_word import back_word, front_word, mark
+from belvedere.warp._offset_wide import APART, fine_part, read_wide
+from belvedere.warp._offset_word import IN_CELL, back_word, front_word, mark
 from belvedere.warp._tiles import TILE
 
 F4 = npt.NDArray[np.float32]
@@ -54,10 +58,22 @@ def read_whole(flags: U1, count: int, out_whole: U4) -> tuple[bool, bool]:
 
 
 @inner
-def leave_out_broken(count: int, whole: U4, cell: U4, out_gone: F4) -> None:
-    """NaN, to be added to a disparity, for each sub-sample of a broken cell, else 0."""
+def leave_out_broken(count: int, whole: U4, cell: U4, out: F4) -> None:
+    """NaN for the disparity of each sub-sample of a broken cell."""
     for m in range(count):
-        out_gone[m] = ZERO if whole[cell[m]] != np.uint32(0) else NAN
+        out[m] = out[m] if whole[cell[m]] != np.uint32(0) else NAN
+
+
+@inner
+def even_row(row: F4, whole: U4, fu: Real, out: F4) -> None:
+    """Disparities at one place in every cell of a run along a row of samples; NaN in broken ones.
+
+    Cells beyond the run's end are landed too, and claimed by nobody.
+    """
+    for m in range(TILE):
+        left = row[m]
+        value = left + fu * (row[m + 1] - left)
+        out[m] = value if whole[m] != np.uint32(0) else NAN
 
 
 @inner
@@ -70,7 +86,7 @@ def spread_row(row: F4, count: int, cell: U4, fu: F4, out: F4) -> None:
 
 @inner
 def land_row(
-    w: F4, u_low: int, v4: Real, fv: Real, upper: F4, lower: F4, gone: F4, at: F4, layout: Any,
+    w: F4, u_first: Real, v4: Real, fv: Real, upper: F4, lower: F4, at: F4, layout: Any,
     scale_b: Real, row_first: int, first: Real, end: Real, columns: int, nowhere: int, count: int,
     out_cell: U4, out_front: U4,
 ) -> None:  # fmt: skip
@@ -82,20 +98,15 @@ def land_row(
     low, wide, none = np.int32(row_first), np.uint32(columns), np.uint32(nowhere)
     places, bits = np.float32(1 << layout.bits), np.uint32(layout.bits)
     fine = scale_b * places
-    right, top, bottom, u_first = (
-        np.float32(columns) * places,
-        first * places,
-        end * places,
-        np.float32(u_low),
-    )
+    right, top, bottom = np.float32(columns) * places, first * places, end * places
     r0, s0, t0 = w[1] * v4 + w[2], w[5] * v4 + w[6], w[9] * v4 + w[10]
     for m in range(count):
         u = u_first + at[m]
-        delta = upper[m] + fv * (lower[m] - upper[m]) + gone[m]
+        delta = upper[m] + fv * (lower[m] - upper[m])
         t = w[8] * u + t0 + w[11] * delta
         scale = ONE / t
-        x = ((w[0] * u + r0 + w[3] * delta) * scale + ONE) * fine
-        y = ((w[4] * u + s0 + w[7] * delta) * scale + ONE) * fine
+        x = ((w[0] * u + r0 + w[3] * delta) * scale + MARGIN) * fine
+        y = ((w[4] * u + s0 + w[7] * delta) * scale + MARGIN) * fine
         inside = (t > ZERO) & (x >= ZERO) & (y >= top) & (x < right) & (y < bottom)
         fine_u = np.uint32(np.int32(x if inside else ZERO))
         fine_v = np.uint32(np.int32(y if inside else top))
@@ -108,10 +119,19 @@ def land_row(
 
 
 @inner
-def complete_words(count: int, fronts: U4, number: U8, base: Real, shift: Real, out: U8) -> None:
+def spread_wide(count: int, wide: U8, cell: U4, out: U8) -> None:
+    """Whether each of some sub-samples is wide, from its cell."""
+    for m in range(count):
+        out[m] = wide[cell[m]]
+
+
+@inner
+def complete_words(
+    count: int, fronts: U4, number: U8, wide: U8, base: Real, shift: Real, out: U8
+) -> None:
     """Words from what is above and below their middle."""
     for m in range(count):
-        out[m] = (np.uint64(fronts[m]) << shift) | (base + number[m])
+        out[m] = (np.uint64(fronts[m]) << shift) | (base + number[m]) | wide[m]
 
 
 @inner
@@ -127,6 +147,143 @@ def claim_row(count: int, cells: U4, words: U8, out_word: U8) -> None:
             out_word[cell] = max(out_word[cell], words[m])
 
 
+@inner
+def fill_tile(
+    w: F4, disparity: F4, links: U1, v_low: int, v_high: int, u_low: int, u_high: int,
+    density: int, most: Real, b4: Real, layout: Any, row_first: int, first4: Real, end4: Real,
+    columns: int, lanes: F4, corners: F4, column_cell: U4, cells: U4, fronts: U4, number: U8,
+    words: U8, wides: U8, whole: U4, wide: U8, ample: U1, column: U1, places: F4, cell_numbers: U8,
+    out_word: U8,
+) -> None:  # fmt: skip
+    """Sub-samples of the intact cells of a tile: rows of cells one by one, down it.
+
+    Args:
+        w: (12,) warp matrix.
+        disparity: (H, W).
+        links: (H, W) bits of `_edges`.
+        v_low: the tile's first row of samples.
+        v_high: row after its last.
+        u_low: its first column.
+        u_high: column after its last.
+        density: sub-samples per pixel and axis, even; 0: what each run needs.
+        most: upper bound of what a run may need.
+        b4: cells per output pixel and axis.
+        layout: of words.
+        row_first: first row of cells of the band.
+        first4: first row of the buffer's cells that the tile may land in.
+        end4: row after the last.
+        columns: cells across.
+        lanes: (4, room) to work in, and so are those that follow.
+        corners: (6, TILE + 1).
+        column_cell: (room,).
+        cells: (room,).
+        fronts: (room,).
+        number: (room,).
+        words: (room,).
+        wides: (room,), 0.
+        whole: (TILE,).
+        wide: (TILE,).
+        ample: (TILE,).
+        column: (TILE + 2 APART,).
+        places: (TILE,) 0, 1, 2 and so on.
+        cell_numbers: (TILE,) the same as words have them.
+        out_word: see `fill_offset_buffer`.
+    """
+    rows, stride = disparity.shape
+    nowhere, low_bits = out_word.size - 1, np.uint64(layout.low)
+    at, fus, upper, lower = lanes[0], lanes[1], lanes[2], lanes[3]
+    xa, ya, da = corners[0], corners[1], corners[2]
+    xb, yb, db = corners[3], corners[4], corners[5]
+    laid, laid_across = 0, 0
+    across = min(u_high, stride - 1) - u_low
+    # sub-samples from here to the next row of them, of either lattice
+    ahead, wide_ahead = HALF, HALF
+    if across <= 0:
+        return
+    land_corners(w, disparity[v_low, u_low:], v_low, u_low, across + 1, xb, yb, db)
+    left_b, right_b = bounds(xb, across + 1)
+    top_b, bottom_b = bounds(yb, across + 1)
+    last = min(v_high, rows - 1) - 1
+    for v in range(v_low, last + 1):
+        xa, ya, da, xb, yb, db = xb, yb, db, xa, ya, da
+        left_a, right_a, top_a, bottom_a = left_b, right_b, top_b, bottom_b
+        land_corners(w, disparity[v + 1, u_low:], v + 1, u_low, across + 1, xb, yb, db)
+        left_b, right_b = bounds(xb, across + 1)
+        top_b, bottom_b = bounds(yb, across + 1)
+        all_whole, any_whole = read_whole(links[v, u_low:], across, whole)
+        if not any_whole:
+            ahead, wide_ahead = HALF, HALF
+            continue
+        ux, uy, vx, vy = longest_sides(xa, ya, xb, yb, across, whole)
+        meets = may_meet(
+            min(left_a, left_b), max(right_a, right_b), min(top_a, top_b),
+            max(bottom_a, bottom_b), ux + uy + vx + vy, b4, first4, end4, np.float32(columns),
+        )  # fmt: skip
+        fine, fine_end, some_wide = 0, across, False
+        if density == 0:
+            some_wide = read_wide(links[v, u_low:], xa, ya, xb, yb, across, wide, ample)
+            if some_wide:
+                fine, fine_end = fine_part(links, v, u_low, across, ample, column)
+        # sub-samples at the same places in every cell, for wide ones
+        slots, start, nv = 0, ZERO, ZERO
+        if some_wide:
+            slots, nv = even_need(ux, uy, vx, vy, most)
+            nv, wide_next = rows_of_run(wide_ahead, nv, v == last)
+            start = wide_ahead if meets else nv
+            wide_ahead = wide_next
+        else:
+            wide_ahead = HALF
+        for slot in range(slots):
+            fu = (np.float32(np.int32(slot)) + HALF) / np.float32(np.int32(slots))
+            at_row, step_u = start, nearest_step(fu)
+            if at_row >= nv:
+                break
+            even_row(da, whole, fu, upper)
+            even_row(db, whole, fu, lower)
+            while at_row < nv:
+                fv = at_row / nv
+                base = back_word(v, u_low, nearest_step(fv), step_u, layout)
+                land_row(
+                    w, np.float32(u_low) + fu, np.float32(v) + fv, fv, upper, lower, places,
+                    layout, b4, row_first, first4, end4, columns, nowhere, TILE, cells, fronts,
+                )  # fmt: skip
+                complete_words(TILE, fronts, cell_numbers, wide, base, low_bits, words)
+                claim_row(across, cells, words, out_word)
+                at_row += ONE
+        if fine >= fine_end:
+            ahead = HALF
+            continue
+        nu, nv = run_need(ux, uy, vx, vy, b4, most)
+        if density > 0:
+            nu, nv = np.float32(density), np.float32(density)
+        start = ahead
+        nv, ahead = rows_of_run(start, nv, v == last)
+        if not meets or start >= nv:
+            continue
+        part, from_u = fine_end - fine, u_low + fine
+        count = int(np.ceil(nu * np.float32(part)))
+        padded = -(-count // LANES) * LANES
+        if count != laid or part != laid_across:
+            lay_columns(count, padded, part, column_cell, at, fus, number)
+            laid, laid_across = count, part
+        spread_row(da[fine:], padded, column_cell, fus, upper)
+        spread_row(db[fine:], padded, column_cell, fus, lower)
+        if not all_whole:
+            leave_out_broken(count, whole[fine:], column_cell, upper)
+        if density == 0:
+            spread_wide(count, wide[fine:], column_cell, wides)
+        while start < nv:
+            fv = start / nv
+            base = back_word(v, from_u, nearest_step(fv), 0, layout)
+            land_row(
+                w, np.float32(from_u), np.float32(v) + fv, fv, upper, lower, at, layout, b4,
+                row_first, first4, end4, columns, nowhere, padded, cells, fronts,
+            )  # fmt: skip
+            complete_words(padded, fronts, number, wides, base, low_bits, words)
+            claim_row(count, cells, words, out_word)
+            start += ONE
+
+
 @kernel
 def fill_offset_buffer(
     w: F4, disparity: F4, links: U1, tiles: I4, row_first: int, height: int, density: int,
@@ -134,8 +291,8 @@ def fill_offset_buffer(
 ) -> None:  # fmt: skip
     """Warp every sub-sample that can reach the band into its warp buffer.
 
-    Rows of cells count from one output pixel above the whole desired view, and positions are
-    rounded before the band comes in, so that they are the same for every band.
+    Rows of cells count from `MARGIN` above the whole desired view, and positions are rounded before
+    the band comes in, so that they are the same for every band.
 
     Args:
         w: (12,) warp matrix.
@@ -152,20 +309,18 @@ def fill_offset_buffer(
         out_word: (cells_v * cells_u + 1,) preset to EMPTY; the last takes what lands outside.
     """
     b4, most = np.float32(scale_b), np.float32(largest)
-    nowhere = out_word.size - 1
-    row_end = row_first + nowhere // columns
-    rows, stride = disparity.shape
+    row_end = row_first + (out_word.size - 1) // columns
     room = max(density, largest) * TILE + LANES
     column_cell, number = np.zeros(room, np.uint32), np.zeros(room, np.uint64)
     cells, fronts = np.empty(room, np.uint32), np.empty(room, np.uint32)
-    words = np.empty(room, np.uint64)
-    lanes, corners = np.zeros((5, room), np.float32), np.zeros((6, TILE + 1), np.float32)
-    at, fus, gone, upper, lower = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
-    xa, ya, da = corners[0], corners[1], corners[2]
-    xb, yb, db = corners[3], corners[4], corners[5]
-    whole = np.zeros(TILE, np.uint32)
-    left_b, right_b, top_b, bottom_b = ZERO, ZERO, ZERO, ZERO
-    laid, laid_across, holed = 0, 0, False
+    words, wides = np.empty(room, np.uint64), np.zeros(room, np.uint64)
+    lanes, corners = np.zeros((4, room), np.float32), np.zeros((6, TILE + 1), np.float32)
+    whole, wide = np.zeros(TILE, np.uint32), np.zeros(TILE, np.uint64)
+    places, cell_numbers = np.arange(TILE).astype(np.float32), np.empty(TILE, np.uint64)
+    for m in range(TILE):
+        cell_numbers[m] = np.uint64(m) << np.uint64(2 * IN_CELL + 1)
+    ample = np.zeros(TILE, np.uint8)
+    column = np.zeros(TILE + 2 * APART, np.uint8)
     for n in range(tiles.shape[0]):
         # what float32 lands outside the tile's float64 bounds is noise: the same for every band
         first = max((tiles[n, 6] + 1) * scale_b if tiles[n, 6] > 0 else 0, row_first)
@@ -174,61 +329,11 @@ def fill_offset_buffer(
             continue
         first4, end4 = np.float32(first), np.float32(end)
         u_low, u_high = tiles[n, 0], tiles[n, 1]
-        across = min(u_high, stride - 1) - u_low
-        ahead = HALF  # sub-samples from here to the next row of them
-        if across > 0:
-            land_corners(
-                w, disparity[tiles[n, 3], u_low:], tiles[n, 3], u_low, across + 1, xb, yb, db
-            )
-            left_b, right_b = bounds(xb, across + 1)
-            top_b, bottom_b = bounds(yb, across + 1)
-        last = min(tiles[n, 4], rows - 1) - 1
-        for v in range(tiles[n, 3], last + 1):
-            if across <= 0:
-                break
-            xa, ya, da, xb, yb, db = xb, yb, db, xa, ya, da
-            left_a, right_a, top_a, bottom_a = left_b, right_b, top_b, bottom_b
-            land_corners(w, disparity[v + 1, u_low:], v + 1, u_low, across + 1, xb, yb, db)
-            left_b, right_b = bounds(xb, across + 1)
-            top_b, bottom_b = bounds(yb, across + 1)
-            all_whole, any_whole = read_whole(links[v, u_low:], across, whole)
-            if not any_whole:
-                ahead = HALF
-                continue
-            nu, nv, size = run_need(xa, ya, xb, yb, across, whole, b4, most)
-            meets = may_meet(
-                min(left_a, left_b), max(right_a, right_b), min(top_a, top_b),
-                max(bottom_a, bottom_b), size, b4, first4, end4, np.float32(columns),
-            )  # fmt: skip
-            if density > 0:
-                nu, nv = np.float32(density), np.float32(density)
-            start = ahead
-            nv, ahead = rows_of_run(start, nv, v == last)
-            if not meets or start >= nv:
-                continue
-            count = int(np.ceil(nu * np.float32(across)))
-            if count != laid or across != laid_across:
-                lay_columns(count, across, column_cell, at, fus, number)
-                laid, laid_across = count, across
-            padded = -(-count // LANES) * LANES
-            spread_row(da, padded, column_cell, fus, upper)
-            spread_row(db, padded, column_cell, fus, lower)
-            if not all_whole:
-                leave_out_broken(count, whole, column_cell, gone)
-                holed = True
-            elif holed:
-                gone[:] = ZERO
-                holed = False
-            while start < nv:
-                fv = start / nv
-                base = back_word(v, u_low, nearest_step(fv), 0, layout)
-                land_row(
-                    w, u_low, np.float32(v) + fv, fv, upper, lower, gone, at, layout, b4,
-                    row_first, first4, end4, columns, nowhere, padded, cells, fronts,
-                )  # fmt: skip
-                complete_words(padded, fronts, number, base, np.uint64(layout.low), words)
-                claim_row(count, cells, words, out_word)
-                start += ONE
+        fill_tile(
+            w, disparity, links, tiles[n, 3], tiles[n, 4], u_low, u_high, density, most, b4, layout,
+            row_first, first4, end4, columns, lanes, corners, column_cell, cells, fronts, number,
+            words, wides, whole, wide, ample, column, places, cell_numbers, out_word,
+        )  # fmt: skip
         fill_broken(
             w, disparity, links, tiles[n, 3], tiles[n, 4], u_low, u_high, density, most, b4,
             layout, row_first, first4, end4, columns, out_word,

@@ -17,6 +17,12 @@ ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 INFINITY = np.float32(np.inf)
 FAR = np.float32(1e9)
 """Pixels; what lands further, or has no place, is behind the eye."""
+SPARE = np.float32(1.002)
+"""How much denser than need be: rows of sub-samples exactly a cell apart may, once rounded, leave
+one out."""
+MARGIN = np.float32(1.5)
+"""Output pixels from the warp buffer's first cell to the centre of the first pixel: there is a
+whole pixel more on every side of the view."""
 
 
 @inner
@@ -89,12 +95,10 @@ def covering_need(ux: Real, uy: Real, vx: Real, vy: Real, largest: Real) -> tupl
 
 
 @inner
-def run_need(
-    xa: F4, ya: F4, xb: F4, yb: F4, count: int, intact: U4, scale_b: Real, largest: Real
-) -> tuple[Real, Real, Real]:
-    """Sub-samples along u and v that leave no cell of the warp buffer empty inside a run.
-
-    What the neediest intact cell needs along each axis.
+def longest_sides(
+    xa: F4, ya: F4, xb: F4, yb: F4, count: int, intact: U4
+) -> tuple[Real, Real, Real, Real]:
+    """How far along x and along y the sides of the cells of a run reach at most, pixels.
 
     Args:
         xa: where the upper corners land, pixels.
@@ -103,11 +107,10 @@ def run_need(
         yb: ...
         count: cells.
         intact: (count,) all bits set where a cell counts, else 0.
-        scale_b: cells of the buffer per output pixel.
-        largest: upper bound, and the answer for a run that reaches behind the eye.
 
     Returns:
-        How many along u, along v, and how large the largest cell is, pixels.
+        Sides along u: x and y; sides along v: x and y. Their sum is not below `FAR` for a run that
+        reaches behind the eye.
     """
     none = np.uint32(0)
     ux, uy, vx, vy = none, none, none, none
@@ -117,12 +120,48 @@ def run_need(
         uy = larger_bits(uy, ya[i + 1] - ya[i], yb[i + 1] - yb[i], mask)
         vx = larger_bits(vx, xb[i] - xa[i], xb[i + 1] - xa[i + 1], mask)
         vy = larger_bits(vy, yb[i] - ya[i], yb[i + 1] - ya[i + 1], mask)
-    ux4, uy4, vx4, vy4 = float_of(ux), float_of(uy), float_of(vx), float_of(vy)
-    total = ux4 + uy4 + vx4 + vy4
-    if not total < FAR:
-        return largest, largest, INFINITY
-    nu, nv = covering_need(scale_b * ux4, scale_b * uy4, scale_b * vx4, scale_b * vy4, largest)
-    return nu, nv, total
+    return float_of(ux), float_of(uy), float_of(vx), float_of(vy)
+
+
+@inner
+def run_need(
+    ux: Real, uy: Real, vx: Real, vy: Real, scale: Real, largest: Real
+) -> tuple[Real, Real]:
+    """Sub-samples along u and v that leave no cell of a grid empty inside a run.
+
+    What its neediest cell needs along each axis.
+
+    Args:
+        ux: from `longest_sides`.
+        uy: ...
+        vx: ...
+        vy: ...
+        scale: cells of the grid per output pixel.
+        largest: upper bound, and the answer for a run that reaches behind the eye.
+    """
+    if not ux + uy + vx + vy < FAR:
+        return largest, largest
+    scale *= SPARE
+    return covering_need(scale * ux, scale * uy, scale * vx, scale * vy, largest)
+
+
+@inner
+def even_need(ux: Real, uy: Real, vx: Real, vy: Real, largest: Real) -> tuple[int, Real]:
+    """As `run_need` for a grid of output pixels, but a whole number along u, the same in each cell.
+
+    What is more than needed along u allows fewer along v.
+    """
+    ux, uy, vx, vy = SPARE * ux, SPARE * uy, SPARE * vx, SPARE * vy
+    side = max(ux, uy)
+    if not ux + uy + vx + vy < FAR or not side < largest - ONE:
+        return int(largest), largest
+    slots, nv = 0, INFINITY
+    for more in range(1, 3):
+        count = np.float32(int(side) + more)
+        along = max(vx / (ONE - ux / count), vy / (ONE - uy / count), ONE)
+        if count * along < np.float32(slots) * nv or slots == 0:
+            slots, nv = int(count), along
+    return slots, min(nv, largest)
 
 
 @inner
@@ -146,8 +185,8 @@ def may_meet(
     # sub-samples lie between the corners, but for float32: its noise grows with the cell
     slack = ONE + np.float32(0.01) * size
     return not (
-        (right + ONE + slack) * scale_b < ZERO or (left + ONE - slack) * scale_b > columns
-        or (bottom + ONE + slack) * scale_b < first or (top + ONE - slack) * scale_b > end
+        (right + MARGIN + slack) * scale_b < ZERO or (left + MARGIN - slack) * scale_b > columns
+        or (bottom + MARGIN + slack) * scale_b < first or (top + MARGIN - slack) * scale_b > end
     )  # fmt: skip
 
 
@@ -171,25 +210,27 @@ def rows_of_run(start: Real, need: Real, at_end: bool) -> tuple[Real, Real]:
 
 @inner
 def lay_columns(
-    count: int, cells: int, out_cell: U4, out_at: F4, out_fu: F4, out_number: U8
+    count: int, padded: int, cells: int, out_cell: U4, out_at: F4, out_fu: F4, out_number: U8
 ) -> None:
-    """Spread ``count`` sub-samples evenly over a run of so many cells.
+    """Spread ``count`` sub-samples evenly over a run of so many cells, and some more beyond it.
 
     Args:
         count: how many.
+        padded: with those beyond, which belong to the last cell.
         cells: of the run.
-        out_cell: (count,) cell of each.
-        out_at: (count,) samples from the run's start.
-        out_fu: (count,) place in its cell, 0 to 1.
-        out_number: (count,) cell and place as a word has them.
+        out_cell: (padded,) cell of each.
+        out_at: (padded,) samples from the run's start.
+        out_fu: (padded,) place in its cell, 0 to 1.
+        out_number: (padded,) cell and place as a word has them.
     """
     step = np.float32(cells) / np.float32(count)
-    for m in range(count):
+    for m in range(padded):
         at = (np.float32(m) + HALF) * step
         cell = min(np.uint32(at), np.uint32(cells - 1))
         fu = at - np.float32(cell)
         out_cell[m], out_at[m], out_fu[m] = cell, at, fu
-        out_number[m] = (np.uint64(cell) << np.uint64(2 * IN_CELL)) | np.uint64(nearest_step(fu))
+        number = (np.uint64(cell) << np.uint64(2 * IN_CELL)) | np.uint64(nearest_step(fu))
+        out_number[m] = number << np.uint64(1)
 
 
 @inner

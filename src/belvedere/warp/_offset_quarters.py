@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner
 from belvedere.warp._edges import INTACT, slope_toward, usable
-from belvedere.warp._offset_lattice import FAR, covering_need
+from belvedere.warp._offset_lattice import FAR, MARGIN, run_need
 from belvedere.warp._offset_word import IN_CELL, STEPS, back_word, front_word, mark
 
 F4 = npt.NDArray[np.float32]
@@ -25,7 +25,7 @@ def quarter_need(
     w: F4, u: Real, v: Real, du: Real, dv: Real, d00: Real, d01: Real, d10: Real, d11: Real,
     scale_b: Real, first: Real, end: Real, columns: Real, largest: Real,
 ) -> tuple[Real, Real]:  # fmt: skip
-    """`covering_need` of the whole cell that a quarter lies in, if it were of one surface.
+    """`run_need` of the whole cell that a quarter lies in, if it were of one surface.
 
     Args:
         w: (12,) warp matrix.
@@ -68,13 +68,13 @@ def quarter_need(
     # sub-samples lie between the corners, but for float32: its noise grows with the cell
     slack = ONE + np.float32(0.01) * total
     if (
-        (max(xa, xb, xc, xd) + ONE + slack) * scale_b < ZERO
-        or (min(xa, xb, xc, xd) + ONE - slack) * scale_b > columns
-        or (max(ya, yb, yc, yd) + ONE + slack) * scale_b < first
-        or (min(ya, yb, yc, yd) + ONE - slack) * scale_b > end
+        (max(xa, xb, xc, xd) + MARGIN + slack) * scale_b < ZERO
+        or (min(xa, xb, xc, xd) + MARGIN - slack) * scale_b > columns
+        or (max(ya, yb, yc, yd) + MARGIN + slack) * scale_b < first
+        or (min(ya, yb, yc, yd) + MARGIN - slack) * scale_b > end
     ):
         return ZERO, ZERO
-    return covering_need(scale_b * ux, scale_b * uy, scale_b * vx, scale_b * vy, largest)
+    return run_need(ux, uy, vx, vy, scale_b, largest)
 
 
 @inner
@@ -120,8 +120,8 @@ def fill_quarter(
             if not t > ZERO:
                 continue
             scale = ONE / t
-            x = ((w[0] * uu + w[1] * vv + w[2] + w[3] * delta) * scale + ONE) * scale_b
-            y = ((w[4] * uu + w[5] * vv + w[6] + w[7] * delta) * scale + ONE) * scale_b
+            x = ((w[0] * uu + w[1] * vv + w[2] + w[3] * delta) * scale + MARGIN) * scale_b
+            y = ((w[4] * uu + w[5] * vv + w[6] + w[7] * delta) * scale + MARGIN) * scale_b
             if not (x >= ZERO and y >= first and x < right and y < end):
                 continue
             column, row = int(x), int(y)

@@ -3,7 +3,7 @@
 ::
 
     bit 63                                                                                   0
-        | surface | nearness, place |  rest of the disparity  | row, column | place in its cell |
+        | surface | nearness, place | rest of the disparity | row, column | place in it | wide |
 
 A word compares first by its *surface*: the leading bits of the warped disparity, as many as
 the tolerance leaves. Of two surfaces the nearer wins. Of several sub-samples on one surface a cell
@@ -11,6 +11,9 @@ keeps the one nearest its middle: the first or the last would lie toward one sid
 and the whole picture with them. What is left of the disparity makes it complete; row, column and
 place say where in the reference its colour is to be found. The largest of some words is the same
 in any order: neither tiles nor bands nor threads can change the picture.
+
+A *wide* sub-sample stands for the whole output pixel that it lands in: its surface goes on all
+round, and the reference is not much finer there than the picture.
 """
 
 from __future__ import annotations
@@ -27,6 +30,8 @@ EMPTY = np.uint64(0)
 IN_CELL = 6
 """Bits of a place between two samples of the reference, per axis: colours are looked up to within
 1/128 of a sample. Landing is exact."""
+WIDE = np.uint64(1)
+"""Bit of a wide sub-sample."""
 STEPS = np.float32(1 << IN_CELL)
 LAST_STEP = np.float32((1 << IN_CELL) - 1)
 MOST_NEARNESS = 3
@@ -64,7 +69,7 @@ def word_layout(bits: int, tolerance: float, height: int, width: int) -> Layout:
         width: likewise.
     """
     across = (width + 1).bit_length()
-    low = (height + 1).bit_length() + across + 2 * IN_CELL
+    low = (height + 1).bit_length() + across + 2 * IN_CELL + 1
     near = min(max(2 * bits - 2, 0), MOST_NEARNESS)
     place = 2 * bits + near
     kept = min(min(FRONT, 64 - low) - place, 31)
@@ -117,7 +122,7 @@ def front_word(warped: Real, marked: Real, layout: Any) -> Real:
 
 @inner
 def back_word(v: int, u: int, step_v: int, step_u: int, layout: Any) -> Real:
-    """A word's bits below the disparity.
+    """A word's bits below the disparity; not a wide one's.
 
     Args:
         v: row of the cell of the reference, from -1.
@@ -128,7 +133,7 @@ def back_word(v: int, u: int, step_v: int, step_u: int, layout: Any) -> Real:
     """
     cell = (np.uint64(v + 1) << np.uint64(layout.across)) | np.uint64(u + 1)
     inside = (np.uint64(step_v) << np.uint64(IN_CELL)) | np.uint64(step_u)
-    return (cell << np.uint64(2 * IN_CELL)) | inside
+    return ((cell << np.uint64(2 * IN_CELL)) | inside) << np.uint64(1)
 
 
 @inner
@@ -154,10 +159,11 @@ def place_in(word: Real, layout: Any) -> Real:
 def cell_in(word: Real, layout: Any) -> tuple[Real, Real, Real, Real]:
     """Row and column of the reference's cell and the place in it: v, u, step_v, step_u."""
     inside = np.uint64((1 << IN_CELL) - 1)
-    step_u, step_v = word & inside, (word >> np.uint64(IN_CELL)) & inside
-    cell = word >> np.uint64(2 * IN_CELL)
+    step_u = (word >> np.uint64(1)) & inside
+    step_v = (word >> np.uint64(IN_CELL + 1)) & inside
+    cell = word >> np.uint64(2 * IN_CELL + 1)
     u = cell & np.uint64((1 << layout.across) - 1)
     v = (cell >> np.uint64(layout.across)) & np.uint64(
-        (1 << (layout.low - layout.across - 2 * IN_CELL)) - 1
+        (1 << (layout.low - layout.across - 2 * IN_CELL - 1)) - 1
     )
     return np.int64(v) - 1, np.int64(u) - 1, step_v, step_u

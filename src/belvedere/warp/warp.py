@@ -428,18 +428,21 @@ def _paint_band(
         paint_beyond_seam(passages, weights, rows, out_color, out_disparity, out_coverage)
         return
     colors = scratch("layer colors", (len(passages), *size, 4), np.float32)
-    disparities = scratch("layer disparities", (len(passages), *size), np.float32)
-    coverages = scratch("layer coverages", (len(passages), *size), np.float32)
-    colors.fill(0.0)
-    disparities.fill(-1.0)
-    coverages.fill(1.0)
+    if len(passages) == 1:
+        disparities, coverages = out_disparity[None], out_coverage[None]
+    else:
+        disparities = scratch("layer disparities", (len(passages), *size), np.float32)
+        coverages = scratch("layer coverages", (len(passages), *size), np.float32)
+    if not reconstructor.paints_all:
+        colors.fill(0.0)
+        disparities.fill(-1.0)
+        coverages.fill(1.0)
     for n, passage in enumerate(passages):
         paint = reconstructor_of(passage).paint
         assert paint is not None
         paint(passage, rows, colors[n], disparities[n], coverages[n])
     if len(passages) == 1:
         linear = colors[0]
-        out_disparity[:], out_coverage[:] = disparities[0], coverages[0]
     else:
         linear = scratch("joint color", (*size, 4), np.float32)
         layers, joint = (colors, disparities, coverages), (linear, out_disparity, out_coverage)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.threads import run_parallel
 from belvedere.scene import Camera
 from belvedere.warp._compare import (
     APART,
@@ -85,34 +86,41 @@ class Disagreement:
 NONE = Disagreement(np.zeros((3, 4)), 0.0)
 
 
-def measure(first: PreparedView, second: PreparedView) -> tuple[Disagreement, Disagreement]:
-    """How the second reference shows the surfaces that the first sees, and the other way round.
+def measure(
+    pairs: Sequence[tuple[PreparedView, PreparedView]], threads: int | None = None
+) -> list[tuple[Disagreement, Disagreement]]:
+    """How the second of each pair shows the surfaces that the first sees, and the other way round.
 
-    Both are planar and prepared. The two are judged together, so that both move or neither. It
-    takes 2 to 4 ms, whatever the size of the pictures.
+    All are planar and have their `PreparedView.brightness`. The two of a pair are judged together,
+    so that both move or neither. A pair takes 2 to 4 ms, whatever the size of the pictures.
     """
-    both = _Comparison(first, second), _Comparison(second, first)
-    for size, rounds in ROUNDS:
-        for one in both:
-            for _ in range(rounds):
-                if not one.improve(size):
-                    return NONE, NONE
-        if size == AGREE_SIZE and max(one.shift_px for one in both) < LEAST_PX:
-            shifts = NONE.shift, NONE.shift
-            break
-    else:
-        believed = _shifts_are_believed(both)
-        shifts = tuple(one.shift if believed else NONE.shift for one in both)
+    found = [(_Comparison(a, b), _Comparison(b, a)) for a, b in pairs]
+    run_parallel(_Comparison.begin, [one for both in found for one in both], threads)
+    amiss = [both for both in found if _may_be_amiss(both)]
+    run_parallel(_Comparison.finish, [one for both in amiss for one in both], threads)
+    return [_judged(both) for both in found]
+
+
+def _may_be_amiss(both: Sequence[_Comparison]) -> bool:
+    return all(one.sound for one in both) and max(one.shift_px for one in both) >= LEAST_PX
+
+
+def _judged(both: Sequence[_Comparison]) -> tuple[Disagreement, Disagreement]:
+    """What to believe of how two references show each other's surfaces."""
+    first, second = both
+    if not (first.sound and second.sound):
+        return NONE, NONE
     exposure = _believed_exposure(both)
-    return Disagreement(shifts[0], exposure), Disagreement(shifts[1], -exposure)
+    if not _shifts_are_believed(both):
+        return Disagreement(NONE.shift, exposure), Disagreement(NONE.shift, -exposure)
+    return Disagreement(first.shift, exposure), Disagreement(second.shift, -exposure)
 
 
 def _shifts_are_believed(both: Sequence[_Comparison]) -> bool:
     """Whether the shifts are large enough to matter and the pictures agree clearly better."""
-    saved = [one.saved() for one in both]
     return (
         sum(one.shift_px for one in both) >= 2 * LEAST_PX
-        and sum(saved) >= 2 * LEAST_SAVED
+        and sum(one.saved for one in both) >= 2 * LEAST_SAVED
         and all(one.alike and one.reach_px <= LARGEST_PX for one in both)
     )
 
@@ -144,6 +152,24 @@ class _Comparison:
         self._guess[PLACES] = 1.0
         self._limit = math.inf
         self._sums = np.zeros(0)
+        self.sound = True
+        """Whether the images tell anything."""
+        self.saved = -math.inf
+        """Share of the squared differences that the shift takes away, on the finest images."""
+
+    def begin(self) -> None:
+        """Mend the guess on the coarser images, after which a small shift is called none."""
+        for size, rounds in ROUNDS:
+            if size >= AGREE_SIZE:
+                self.sound = self.sound and all(self.improve(size) for _ in range(rounds))
+
+    def finish(self) -> None:
+        """Mend it on the finer ones, and see what the shift saves."""
+        for size, rounds in ROUNDS:
+            if size < AGREE_SIZE:
+                self.sound = self.sound and all(self.improve(size) for _ in range(rounds))
+        if self.sound:
+            self.saved = self._saved()
 
     def improve(self, size: int) -> bool:
         """Mend the guess on images of so many samples a pixel; False where they tell nothing."""
@@ -186,8 +212,7 @@ class _Comparison:
         """Logarithm of how many times brighter the other is: brightness is radiance's root."""
         return math.log(self._sums[FOUND_FOUND] / self._sums[OWN_OWN])
 
-    def saved(self) -> float:
-        """Share of the squared differences that the shift takes away, on the finest images."""
+    def _saved(self) -> float:
         unmoved = self._guess.copy()
         unmoved[:PLACES] = 0.0
         _, before = self._compare(ROUNDS[-1][0], unmoved)

@@ -202,7 +202,7 @@ def bent_passage(
         if joins
         else np.empty((0, 8), np.int32),
         options,
-        prepared.linear(threads),
+        prepared.color if joins else prepared.linear(threads),
         prepared.surface(threads) if joins else prepared.disparity,
         prepared.links(threads) if joins else np.empty((0, 0), np.uint8),
         desired.height,

@@ -23,7 +23,6 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.threads import run_parallel
 from belvedere.scene import Camera
 from belvedere.warp.prepare import PreparedView
 
@@ -76,8 +75,7 @@ def corrections(
 
         for view in views:
             view.brightness(threads)  # now, and not in threads, which must not start more
-        found = run_parallel(lambda pair: measure(*pair), missing, threads)
-        for (a, b), (second, first) in zip(missing, found, strict=True):
+        for (a, b), (second, first) in zip(missing, measure(missing, threads), strict=True):
             b.compared[a], a.compared[b] = second, first
     part = np.ones(len(views)) if shares is None else np.asarray(shares, np.float64)
     part = part / part.sum()

@@ -196,7 +196,8 @@ class Passage:
     """(n, FIELDS) tiles that can land, in order."""
     options: WarpOptions
     color: npt.NDArray[Any]
-    """(H, W, C) what the reconstructor reads: the view's own colour if it scatters, else linear."""
+    """(H, W, C) what the reconstructor reads: linear colour, or the view's own where it scatters
+    that or reads the silhouettes'."""
     disparity: F4
     """(H, W) what it reads: the samples alone, or with small gaps bridged."""
     links: npt.NDArray[np.uint8]

@@ -393,7 +393,7 @@ def _passage(
         matrix,
         tiles,
         options,
-        prepared.color if reconstructor.scatters else prepared.linear(threads),
+        prepared.color if reconstructor.paint is None else prepared.linear(threads),
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
         prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8),
         desired.height,

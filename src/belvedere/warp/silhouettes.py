@@ -28,6 +28,10 @@ class Parts:
     """(tiles down, tiles across) number after the last part of each tile."""
 
 
+BANDS_PER_THREAD = 4
+"""Edges are seldom spread evenly over a picture."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Silhouettes:
     """What the colours and depths at edges tell about them.
@@ -58,7 +62,7 @@ def find_silhouettes(
 
     height, width = surface.shape
     found = np.empty((2, height, width), np.uint8)
-    bands = row_bands(height, thread_count(threads))
+    bands = row_bands(height, BANDS_PER_THREAD * thread_count(threads))
 
     def find(band: tuple[int, int]) -> None:
         _matte.find_edges(color, surface, links, *band, found[0], found[1])

@@ -154,7 +154,7 @@ def test_a_shift_is_believed_if_it_is_large_useful_alike_and_not_absurd(
     assert believed(Measured(), Measured())
     assert not believed(Measured(**doubt), Measured(**doubt))
     one_sided = believed(Measured(), Measured(**doubt))
-    assert one_sided == (doubt.keys() <= {"shift_px", "gained"})  # those two are averaged
+    assert one_sided == (doubt.keys() <= {"shift_px", "saved"})  # those two are averaged
 
 
 def test_the_kernel_adds_up_what_a_slow_twin_does() -> None:

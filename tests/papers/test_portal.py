@@ -97,7 +97,7 @@ def office(shared_data: Path) -> DepthViews:
         ("point", 19.07, 0.301),
         ("splat", 19.23, 0.248),
         ("mesh", 19.66, 0.224),
-        ("offset", 19.63, 0.213),
+        ("offset", 19.52, 0.213),  # 19.57 with the full lattice, which blurs a little more
     ],
 )
 def test_held_out_frames_of_a_real_office_are_predicted_from_two_others(

@@ -32,9 +32,17 @@ def test_six_hundred_strange_cameras_break_nothing(reconstruction: Any) -> None:
     assert fuzz.failures(range(600), reconstruction) == []
 
 
-def test_cases_that_failed_once_stay_sound() -> None:
-    """Colours in holes: a plane so steep that its footprint lay on any front, even on none."""
-    assert fuzz.failures([33452, 95954], "gaussian") == []
+@pytest.mark.parametrize(
+    ("reconstruction", "numbers"),
+    [
+        # colours in holes: a plane so steep that its footprint lay on any front, even on none
+        ("gaussian", [33452, 95954]),
+        # a wide sub-sample's surface, continued to its pixel's centre, ended beyond infinity
+        ("offset", [14560, 25210, 55978, 57586, 72544, 99166]),
+    ],
+)
+def test_cases_that_failed_once_stay_sound(reconstruction: Any, numbers: list[int]) -> None:
+    assert fuzz.failures(numbers, reconstruction) == []
 
 
 def test_interpreted_kernels_never_reach_outside_an_array_at_either_end() -> None:

@@ -187,8 +187,9 @@ def find_centers(
         out_sample[n] = np.uint32(mul32(at_v, row) + at_u)
         out_step[n] = np.uint32(np.uint32(fine_u & mask) | shl32(np.uint32(fine_v & mask), fine))
         u_new, v_new = u_new - uu, v_new - vv
-        delta += slope_u * u_new + slope_v * v_new
-        out_delta[n] = delta / (t + tu * u_new + tv * v_new)
+        # a steep surface, continued, may end beyond infinity or at the eye
+        delta = max(delta + slope_u * u_new + slope_v * v_new, ZERO)
+        out_delta[n] = delta / max(t + tu * u_new + tv * v_new, HALF * t)
 
 
 @inner

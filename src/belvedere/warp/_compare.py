@@ -13,6 +13,7 @@ F8 = npt.NDArray[np.float64]
 U1 = npt.NDArray[np.uint8]
 
 ZERO, QUARTER, HALF, ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
+NAN = np.float32(np.nan)
 
 TERMS = 4
 """Of a shift along one axis: constant, by column, by row, by disparity."""
@@ -28,29 +29,33 @@ COUNT, APART, COST, SHIFTED, OWN, FOUND, OWN_OWN, FOUND_FOUND, OWN_FOUND, WEIGHT
 the limit's at most; squared shifts along one axis; then, as much as each pixel counts, brightness
 of the own reference and of the other, their squares and product; and what they count."""
 SUMS = 10
+PATCHES = 6
+"""Patches across and down in which texture is looked for."""
 
 
 @kernel
-def halve_color(color: F4, out: F4) -> None:
+def halve_color(color: F4, links: U1, out: F4) -> None:
     """Brightness of 2 x 2 pixels: the root of their mean radiance, in steps that look alike.
 
     Args:
         color: (H, W, 4) linear.
-        out: (H // 2, W // 2).
+        links: (H, W) bits of `_edges`.
+        out: (H // 2, W // 2), NaN where an edge is near: what is mixed there moves with the edge.
     """
     share = np.float32(1.0 / 12.0)
     for v in range(out.shape[0]):
         for u in range(out.shape[1]):
-            total = ZERO
+            total, whole = ZERO, SMOOTH
             for k in range(4):
-                pixel = color[2 * v + (k >> 1), 2 * u + (k & 1)]
-                total += pixel[0] + pixel[1] + pixel[2]
-            out[v, u] = np.sqrt(max(total * share, ZERO))
+                y, x = 2 * v + (k >> 1), 2 * u + (k & 1)
+                total += color[y, x, 0] + color[y, x, 1] + color[y, x, 2]
+                whole &= links[y, x]
+            out[v, u] = np.sqrt(max(total * share, ZERO)) if whole else NAN
 
 
 @kernel
 def halve(image: F4, out: F4) -> None:
-    """Means of 2 x 2 pixels: (H, W) to (H // 2, W // 2)."""
+    """Means of 2 x 2 pixels: (H, W) to (H // 2, W // 2), NaN where one of them is."""
     for v in range(out.shape[0]):
         for u in range(out.shape[1]):
             above = image[2 * v, 2 * u] + image[2 * v, 2 * u + 1]
@@ -72,9 +77,9 @@ def between(image: F4, p: Real, q: Real) -> tuple[Real, Real, Real]:
 
 @kernel
 def compare(
-    matrix: F4, own_image: F4, own_disparity: F4, own_links: U1, image: F4, disparity: F4,
-    links: U1, size: int, stride: int, tolerance: Real, frame: F4, guess: F4, limit: Real,
-    out_system: F8, out_sums: F8,
+    matrix: F4, own_image: F4, own_disparity: F4, image: F4, disparity: F4, links: U1, size: int,
+    stride: int, tolerance: Real, frame: F4, guess: F4, limit: Real,
+    out_system: F8, out_sums: F8, out_texture: F8,
 ) -> None:  # fmt: skip
     """Add up what a better guess of another reference's shift and exposure follows from.
 
@@ -84,12 +89,12 @@ def compare(
 
     Args:
         matrix: (12,) from the own reference to the other.
-        own_image: (h, w) brightness, each the mean of ``size`` x ``size`` samples.
+        own_image: (h, w) brightness, each the mean of ``size`` x ``size`` samples; NaN where an
+            edge is near.
         own_disparity: (H, W).
-        own_links: (H, W) bits of `_edges`.
         image: brightness of the other, as coarse.
         disparity: of the other.
-        links: of the other.
+        links: of the other, bits of `_edges`.
         size: samples along the side of a pixel of the images, even.
         stride: pixels from one that is compared to the next, along both axes.
         tolerance: relative difference in disparity that is one surface.
@@ -100,6 +105,8 @@ def compare(
         out_system: (UNKNOWNS, WIDE) normal equations of the change of the guess, their right side,
             and zeros; added to.
         out_sums: (SUMS,), added to.
+        out_texture: (PATCHES * PATCHES, 2) of each patch of the own image how many pixels are
+            compared, and their squared gradients; added to.
     """
     tall, wide = image.shape
     height, width = disparity.shape
@@ -107,10 +114,11 @@ def compare(
     base, row = np.ones(TERMS, np.float32), np.zeros(WIDE, np.float64)
     for j in range(stride // 2, own_image.shape[0], stride):
         for i in range(stride // 2, own_image.shape[1], stride):
+            own = own_image[j, i]
+            if np.isnan(own):
+                continue
             x, y = np.float32(i * size) + middle, np.float32(j * size) + middle
             left, top = int(x), int(y)
-            if own_links[top, left] & SMOOTH == 0:
-                continue
             above = own_disparity[top, left] + own_disparity[top, left + 1]
             below = own_disparity[top + 1, left] + own_disparity[top + 1, left + 1]
             delta = (above + below) * QUARTER
@@ -137,8 +145,12 @@ def compare(
             if not (p >= ZERO and q >= ZERO and p < wide - 1 and q < tall - 1):
                 continue
             found, along_p, along_q = between(image, p, q)
-            own = own_image[j, i]
+            if np.isnan(found):
+                continue
             apart = guess[PLACES] * own + guess[PLACES + 1] - found
+            patch = j * PATCHES // own_image.shape[0] * PATCHES + i * PATCHES // own_image.shape[1]
+            out_texture[patch, 0] += ONE
+            out_texture[patch, 1] += along_p * along_p + along_q * along_q
             ratio = apart / limit
             damped = ONE / (ONE + ratio * ratio)
             weight = damped * damped

@@ -68,6 +68,13 @@ class PreparedView:
     )
     """How this reference shows what others see; see `reconcile`."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is known of other views, which do not travel along."""
+        return {name: value for name, value in self.__dict__.items() if name != "compared"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, compared=WeakKeyDictionary())
+
     @property
     def color(self) -> npt.NDArray[Any]:
         """(H, W, C) as the view has it."""
@@ -194,15 +201,20 @@ class PreparedView:
         return self._silhouettes
 
     def brightness(self, threads: int | None = None) -> dict[int, npt.NDArray[np.float32]]:
-        """Roots of mean radiance of 2 x 2, 4 x 4 and 8 x 8 samples, by the side of the square."""
+        """Roots of mean radiance of 2 x 2, 4 x 4 and 8 x 8 samples, by the side of the square.
+
+        NaN where an edge is near.
+        """
         if not self._brightness:
             from belvedere.warp import _compare
 
-            color = self.silhouettes(threads).color
+            color, links = self.silhouettes(threads).color, self.links(threads)
             half = np.empty((color.shape[0] // 2, color.shape[1] // 2), np.float32)
             run_parallel(
                 lambda band: _compare.halve_color(
-                    color[2 * band[0] : 2 * band[1]], half[slice(*band)]
+                    color[2 * band[0] : 2 * band[1]],
+                    links[2 * band[0] : 2 * band[1]],
+                    half[slice(*band)],
                 ),
                 row_bands(half.shape[0], thread_count(threads)),
                 threads,

@@ -87,14 +87,19 @@ def _comparable(view: PreparedView) -> bool:
 
 
 def _correction(view: PreparedView, views: Sequence[PreparedView], part: F8) -> Correction:
-    asked = [(share, view.compared[own]) for share, own in zip(part, views, strict=True)
-             if own is not view]  # fmt: skip
+    from belvedere.warp.disagreement import NONE, UNKNOWN
+
+    asked = [(share, NONE if own is view else view.compared[own])
+             for share, own in zip(part, views, strict=True)]  # fmt: skip
+    # who has nothing in common with it has no say in where it belongs
+    asked = [(share, one) for share, one in asked if one is not UNKNOWN]
     if all(one.is_none for _, one in asked):
         return UNCHANGED
+    whole = sum(share for share, _ in asked)
     place = np.eye(4)
     for share, one in asked:
-        place[:3] += share * one.shift
-    exposure = sum(share * one.exposure for share, one in asked)
+        place[:3] += share / whole * one.shift
+    exposure = sum(share / whole * one.exposure for share, one in asked)
     # what is scaled is all channels of a colour, and alpha must stay
     gain = math.exp(-exposure) if view.color.shape[2] == 3 else 1.0
     return Correction(place, gain)

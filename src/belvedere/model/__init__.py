@@ -5,6 +5,7 @@ benchmarks references with ground truth. Embree: Wald et al. 2014; light gathere
 hemisphere after Goral et al. 1984.
 """
 
+from belvedere.model.building import Building, Opening, Room
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.model_scene import ModelScene
@@ -12,6 +13,7 @@ from belvedere.model.photograph import LitModel, photograph
 from belvedere.model.raycast import Hits, RayCaster
 
 __all__ = [
+    "Building",
     "Hits",
     "Interior",
     "Lamp",
@@ -19,7 +21,9 @@ __all__ = [
     "LightSettings",
     "LitModel",
     "ModelScene",
+    "Opening",
     "RayCaster",
+    "Room",
     "bake",
     "build_interior",
     "photograph",

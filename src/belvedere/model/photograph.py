@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.checks import check_choice, check_integer
+from belvedere.ground.checks import check_choice, check_integer, check_number
 from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
 from belvedere.ground.threads import run_parallel
 from belvedere.model.charts import Charts
@@ -110,6 +110,7 @@ def photograph(
     samples: int = 3,
     dtype: Literal["uint8", "float32"] = "uint8",
     threads: int | None = None,
+    near: float = 0.0,
 ) -> ReferenceView:
     """Take a picture that knows its depth.
 
@@ -122,16 +123,20 @@ def photograph(
         samples: per pixel side, so ``samples ** 2`` colors are averaged.
         dtype: ``"uint8"`` for sRGB, ``"float32"`` for linear radiance.
         threads: how many to use; None for as many as there are processors.
+        near: what stands nearer than this along a ray is not there, counted as disparity counts
+            (for a planar camera in depths, metres). A camera through a portal clips the room
+            between it and the portal so.
 
     Returns:
         Color (H, W, 3) and disparity (H, W), which is 0 where the sky is seen.
 
     Raises:
-        InputError: samples out of range or an unknown dtype.
+        InputError: samples out of range, an unknown dtype, a negative or infinite ``near``.
         MissingDependencyError: embreex is not installed.
     """
     samples = check_integer("photograph", "samples", samples, 1, MOST_SAMPLES)
     check_choice("photograph", "dtype", dtype, ("uint8", "float32"))
+    near = check_number("photograph", "near", near, 0.0)
     size = (camera.height, camera.width)
     face = np.empty(size, dtype=np.int32)
     disparity = np.empty(size, dtype=np.float32)
@@ -143,7 +148,8 @@ def photograph(
         rows = slice(first, min(first + ROWS, size[0]))
         v, u = np.mgrid[rows, 0 : size[1]]
         origins, directions = _rays(camera, u.ravel(), v.ravel())
-        hit = caster.cast_piece(origins.astype(np.float32), directions.astype(np.float32))
+        start = origins + near * directions
+        hit = caster.cast_piece(start.astype(np.float32), directions.astype(np.float32))
         face[rows] = hit["primID"].reshape(-1, size[1])
         delta = np.empty(len(directions))
         _kernels.exact_disparity(
@@ -161,7 +167,8 @@ def photograph(
 
     def paint(first: int) -> None:
         rows = slice(first, min(first + ROWS, size[0]))
-        _paint_rows(model, camera, rows, samples, spread, face[rows], plain[rows], color[rows])
+        part = face[rows], plain[rows], color[rows]
+        _paint_rows(model, camera, rows, samples, spread, near, *part)
 
     run_parallel(paint, pieces, threads)
     return ReferenceView(camera, encode(color) if dtype == "uint8" else color, disparity)
@@ -180,6 +187,7 @@ def _paint_rows(
     rows: slice,
     samples: int,
     spread: float,
+    near: float,
     face: npt.NDArray[np.int32],
     plain: npt.NDArray[np.bool_],
     color: npt.NDArray[np.float32],
@@ -202,8 +210,10 @@ def _paint_rows(
             b, c, t = (np.zeros(len(hit_face), dtype=np.float32) for _ in range(3))
             _kernels.plane_hits(hit_face, origins, directions, mesh.vertices, mesh.faces, b, c, t)
         else:
-            hit = model.caster.cast_piece(origins.astype(np.float32), directions.astype(np.float32))
+            start = (origins + near * directions).astype(np.float32)
+            hit = model.caster.cast_piece(start, directions.astype(np.float32))
             hit_face, b, c, t = hit["primID"], hit["u"], hit["v"], hit["tfar"]
+            t = t + np.float32(near)
         length = np.sqrt(np.einsum("ij,ij->i", directions, directions))
         _kernels.shade(
             hit_face, b, c, directions, t * length, spread, count, pixel, charts.of_face,

@@ -1,0 +1,39 @@
+"""Rays walked from room to room through rectangles: the slow twin of visibility."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from belvedere.walkthrough import CellGraph
+
+
+def cells_along(graph: CellGraph, cell: int, eye: np.ndarray, ray: np.ndarray) -> set[int]:
+    """The cells that a ray passes, leaving each by the first portal ahead that it meets.
+
+    A ray that meets the wall before a portal would stop there; since rooms are convex here, a
+    portal of the room that it meets at all is met on the way out.
+    """
+    passed, here, after = {cell}, cell, 0.0
+    while True:
+        best, where = None, np.inf
+        for index in graph.portals_of[here]:
+            portal = graph.portals[index]
+            c, normal = portal.corners, portal.normal
+            slope = ray @ normal
+            if slope == 0.0:
+                continue
+            t = ((portal.center - eye) @ normal) / slope
+            out = -slope if portal.cells[0] == here else slope
+            if t <= after or out <= 0.0:
+                continue
+            at = eye + t * ray - c[0]
+            along, up = c[1] - c[0], c[3] - c[0]
+            s, r = at @ along / (along @ along), at @ up / (up @ up)
+            if 0.0 <= s <= 1.0 and 0.0 <= r <= 1.0 and t < where:
+                best, where = portal, t
+        if best is None:
+            return passed
+        here, after = best.beyond(here), where
+        passed.add(here)
+        if here < 0:
+            return passed

@@ -1,0 +1,94 @@
+"""When a portal shows pictures and when the polygons behind it, without flicker.
+
+Close to a portal its few texels spread over the whole window, so there the geometry behind it is
+drawn instead. The change happens nearer on the way in than on the way out, and takes some frames.
+
+Source: spec portal-walkthrough 3.1; distances and fading are its [CHOICE].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.checks import check_integer, check_number
+from belvedere.walkthrough.cells import Portal
+
+F8 = npt.NDArray[np.float64]
+
+__all__ = ["SwitchOptions", "Switches"]
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchOptions:
+    """Where geometry takes over."""
+
+    angle_deg: float = 60.0
+    """A portal that is wider than this, seen from the eye, shows geometry."""
+    widths: float = 0.75
+    """So does one nearer than this many of its widths."""
+    hysteresis: float = 1.25
+    """Pictures come back at this many times the distance."""
+    fade: int = 6
+    """Frames of the change; 0 changes at once."""
+
+    def __post_init__(self) -> None:
+        owner = "SwitchOptions"
+        check_number(owner, "angle_deg", self.angle_deg, 1.0, 179.0)
+        check_number(owner, "widths", self.widths, 0.0, 1000.0)
+        check_number(owner, "hysteresis", self.hysteresis, 1.0, 10.0)
+        check_integer(owner, "fade", self.fade, 0, 1000)
+
+
+def closeness(portal: Portal, eye: F8, options: SwitchOptions) -> float:
+    """How close an eye is: above 1 the portal shows geometry.
+
+    The larger of two ratios: of the angle that the portal's width subtends to the one allowed, and
+    of the distance allowed to the distance of the portal's nearest point.
+    """
+    c = portal.corners
+    sides = np.roll(c, -1, axis=0) - c
+    level = int(np.argmin(np.abs(sides[:2, 2])))  # the more level pair of edges is the width
+    along, up = sides[level], sides[level + 1]
+    width, height = float(np.linalg.norm(along)), float(np.linalg.norm(up))
+    from_corner = eye - c[level]
+    s = float(np.clip(from_corner @ along / width**2, 0.0, 1.0))
+    t = float(np.clip(from_corner @ up / height**2, 0.0, 1.0))
+    nearest = c[level] + s * along + t * up
+    distance = max(float(np.linalg.norm(eye - nearest)), 1e-9)
+    middle = c[level] + t * up - eye
+    a, b = middle, middle + along
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+    return max(float(angle / np.radians(options.angle_deg)), options.widths * width / distance)
+
+
+class Switches:
+    """Remembers what each portal shows."""
+
+    def __init__(self, portals: tuple[Portal, ...], options: SwitchOptions) -> None:
+        self.portals, self.options = portals, options
+        self.geometry = np.zeros(len(portals), dtype=bool)
+        """(P,) which show geometry."""
+        self.share = np.zeros(len(portals))
+        """(P,) how far geometry has faded in: 0 pictures alone, 1 geometry alone."""
+        self._began = False
+
+    def update(self, eye: F8) -> None:
+        """Decide anew for an eye; the first call and `reset` decide at once, without fading."""
+        limits = np.where(self.geometry, 1.0 / self.options.hysteresis, 1.0)
+        close = np.array([closeness(p, eye, self.options) for p in self.portals])
+        self.geometry = close >= limits if len(close) else self.geometry
+        if not self._began or self.options.fade == 0:
+            self.share = self.geometry.astype(np.float64)
+        else:
+            step = 1.0 / (self.options.fade + 1)
+            target = self.geometry.astype(np.float64)
+            self.share = self.share + np.clip(target - self.share, -step, step)
+        self._began = True
+
+    def reset(self) -> None:
+        """Forget: the next frame begins anew, as after a jump."""
+        self.geometry[:] = False
+        self._began = False

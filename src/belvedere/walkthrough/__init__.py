@@ -11,6 +11,7 @@ from belvedere.walkthrough.error_driven import (
     candidate_eyes,
     choose_eyes,
     measure_holes,
+    place_references,
     visitor_eyes,
 )
 from belvedere.walkthrough.frame_loop import MODES, FrameStatistics, Mode, Walker, WalkOptions
@@ -21,6 +22,7 @@ from belvedere.walkthrough.placement import (
     Side,
     reference_camera,
     semicircle_eyes,
+    sides_of,
 )
 from belvedere.walkthrough.portal_images import PortalImages, take_reference
 from belvedere.walkthrough.switching import Switches, SwitchOptions
@@ -51,8 +53,10 @@ __all__ = [
     "choose_eyes",
     "contents_of",
     "measure_holes",
+    "place_references",
     "reference_camera",
     "semicircle_eyes",
+    "sides_of",
     "take_reference",
     "view_cell",
     "visitor_eyes",

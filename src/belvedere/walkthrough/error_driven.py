@@ -18,20 +18,27 @@ import numpy.typing as npt
 from belvedere.ground.checks import check_integer, check_number
 from belvedere.model import RayCaster
 from belvedere.walkthrough.cells import Cell
-from belvedere.walkthrough.placement import PlacementOptions, Side
+from belvedere.walkthrough.placement import PlacementOptions, Side, semicircle_eyes
 from belvedere.walkthrough.portal_images import nearest_eyes
 from belvedere.walkthrough.switching import SwitchOptions, closeness
 
 F8 = npt.NDArray[np.float64]
 
-ANGLES, RADII = 13, (0.75, 1.25, 2.0, 3.2)
+ANGLES, RADII = 9, (0.75, 1.25, 2.0, 3.2)
 """Candidates: on arcs of these radii, metres, at so many angles each."""
 ARC_DEG = 120.0
 """From the first to the last candidate, seen from the portal's middle."""
 LIFT = 1e-3
 """Metres by which shadow rays start off the surface."""
 
-__all__ = ["Holes", "candidate_eyes", "choose_eyes", "measure_holes", "visitor_eyes"]
+__all__ = [
+    "Holes",
+    "candidate_eyes",
+    "choose_eyes",
+    "measure_holes",
+    "place_references",
+    "visitor_eyes",
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +79,7 @@ def candidate_eyes(side: Side, options: PlacementOptions) -> F8:
 
 
 def visitor_eyes(
-    side: Side, cell: Cell, options: PlacementOptions, switch: SwitchOptions, count: int = 40
+    side: Side, cell: Cell, options: PlacementOptions, switch: SwitchOptions, count: int = 24
 ) -> F8:
     """(E, 3) places in the cell from which the portal is seen and shows pictures.
 
@@ -91,12 +98,45 @@ def visitor_eyes(
     return kept[np.array(far, dtype=bool)][:count] if len(kept) else kept
 
 
+def place_references(
+    caster: RayCaster,
+    side: Side,
+    cell: Cell,
+    options: PlacementOptions,
+    count: int,
+    bound: float = 0.0,
+    switch: SwitchOptions | None = None,
+    threads: int | None = None,
+) -> F8:
+    """(N, 3) eyes of at most ``count`` references: where error says, or on the arc.
+
+    The arc is the answer where no visitor of the cell can stand so that pictures are shown.
+
+    Args:
+        caster: of the whole model.
+        side: the portal, from the visitors' side.
+        cell: the visitors'.
+        options: height of eyes, and the arc.
+        count: references at most.
+        bound: mean share of holes at which fewer are enough.
+        switch: where geometry takes over from pictures.
+        threads: how many to use; None for as many as there are processors.
+    """
+    visitors = visitor_eyes(side, cell, options, switch or SwitchOptions())
+    if not len(visitors):
+        return semicircle_eyes(side, options, count)
+    candidates = candidate_eyes(side, options)
+    holes = measure_holes(caster, side, candidates, visitors, threads=threads)
+    chosen, _ = choose_eyes(holes, bound, count)
+    return candidates[chosen]
+
+
 def measure_holes(
     caster: RayCaster,
     side: Side,
     candidates: F8,
     visitors: F8,
-    rays: int = 24,
+    rays: int = 16,
     threads: int | None = None,
 ) -> Holes:
     """Sample what visitors see through a portal, and which candidates see it too.

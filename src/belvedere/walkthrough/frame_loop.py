@@ -16,6 +16,7 @@ Source: Rafferty, Aliaga and Lastra 1998; spec portal-walkthrough 3.2, 3.7.
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
@@ -113,7 +114,7 @@ class Walker:
         self,
         graph: CellGraph,
         drawer: GeometryDrawer,
-        images: dict[tuple[int, int], PortalImages],
+        images: Mapping[tuple[int, int], PortalImages],
         options: WalkOptions | None = None,
         threads: int | None = None,
     ) -> None:
@@ -132,6 +133,14 @@ class Walker:
         self._switches.reset()
         self._kept = np.zeros((0, 0, 3), np.uint8)
         self._cell = -1
+
+    def warm(self) -> None:
+        """Read and prepare the references of all portals, as far as memory allows, in advance."""
+        if self.options.mode in ("full", "culling"):
+            return
+        for key in self.images:
+            for index in range(len(self.images[key].references)):
+                self._ready(key, index)
 
     def frame(self, camera: Camera) -> Frame:
         """The next frame.

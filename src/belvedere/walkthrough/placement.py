@@ -14,6 +14,7 @@ Source: spec portal-walkthrough 2 and 3.4.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer, check_number
 from belvedere.scene import Camera
-from belvedere.walkthrough.cells import Portal
+from belvedere.walkthrough.cells import OUTSIDE, Cell, Portal
 
 F8 = npt.NDArray[np.float64]
 
@@ -36,6 +37,7 @@ __all__ = [
     "Side",
     "reference_camera",
     "semicircle_eyes",
+    "sides_of",
 ]
 
 
@@ -44,7 +46,7 @@ class PlacementOptions:
     """Where references stand and how fine they are."""
 
     count: int = 6
-    """References on each side of a portal that visitors can come to."""
+    """References of a portal, shared between the sides that visitors can come to."""
     span_deg: float = 100.0
     """From the first to the last, seen from the portal's middle."""
     radius: float = 2.0
@@ -112,8 +114,18 @@ class Side:
         return np.roll(corners, -int(np.argmin(np.round(steep, 6))), axis=0)
 
 
-def semicircle_eyes(side: Side, options: PlacementOptions) -> F8:
-    """(count, 3) eyes in front of a portal, from its left to its right.
+def sides_of(portal: Portal, cells: Sequence[Cell]) -> tuple[Side, ...]:
+    """A portal from each of its cells; visitors do not come to the outside."""
+    return tuple(Side(portal, cell, cells[cell].floor) for cell in portal.cells if cell != OUTSIDE)
+
+
+def semicircle_eyes(side: Side, options: PlacementOptions, count: int | None = None) -> F8:
+    """(N, 3) eyes in front of a portal, from its left to its right.
+
+    Args:
+        side: the portal, from where.
+        options: radius, span and height.
+        count: how many; None for ``options.count``.
 
     Before an upright portal they stand at eye height above the viewer's floor. Before one that
     lies flat (a stair well seen from below) the arc stands upright in the portal's own axes.
@@ -121,7 +133,8 @@ def semicircle_eyes(side: Side, options: PlacementOptions) -> F8:
     width = float(np.linalg.norm(side.right))
     radius = max(options.radius, 0.75 * width)
     half = np.radians(options.span_deg) / 2.0
-    angle = np.linspace(-half, half, options.count) if options.count > 1 else np.zeros(1)
+    wanted = options.count if count is None else count
+    angle = np.linspace(-half, half, wanted) if wanted > 1 else np.zeros(1)
     right = side.right / width
     eyes = side.portal.center + radius * (
         np.cos(angle)[:, None] * side.normal + np.sin(angle)[:, None] * right

@@ -1,0 +1,219 @@
+"""A prepared building as a scene.
+
+::
+
+    scene/  belvedere.json      kind, version, units, what it affords, where it came from, counts
+            model.glb           the polygons, for other tools
+            model.lit           the polygons with their baked light, for us
+            cells.json          cells and portals; may be edited by hand
+            plan.svg, plan.png  the floor plan
+            path.json           a walk through the building
+            references/p007-c03/  what is seen through portal 7 from cell 3: a scene folder of its
+                                  own, which every other command opens too
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from belvedere.ground.errors import SceneError
+from belvedere.model import LitModel
+from belvedere.scene import Affordances, Camera, CameraModel, CameraPath, Frame, ViewingRegion
+from belvedere.scene.io.json_files import read_json
+from belvedere.scene.io.paths import existing
+from belvedere.walkthrough.cells import CellGraph
+from belvedere.walkthrough.contents import contents_of
+from belvedere.walkthrough.frame_loop import Walker, WalkOptions
+from belvedere.walkthrough.geometry import CellRasterizer
+from belvedere.walkthrough.placement import Side
+from belvedere.walkthrough.portal_images import PortalImages
+
+KIND, VERSION = "walkthrough", 1
+MANIFEST = "belvedere.json"
+KEPT_BYTES = 1 << 30
+"""Bytes of references that are kept in memory by default."""
+
+__all__ = ["StoredImages", "Walkthrough", "side_folder"]
+
+
+def side_folder(portal: int, cell: int) -> str:
+    """The folder, inside a scene, of what is seen through a portal from a cell."""
+    return f"references/p{portal:03d}-c{cell:03d}"
+
+
+class StoredImages(Mapping[tuple[int, int], PortalImages]):
+    """The references of a scene by (portal, cell), read when they are first asked for.
+
+    Memory: at most ``kept_bytes`` of pixels, and at least one side's.
+    """
+
+    def __init__(self, folder: Path, graph: CellGraph, kept_bytes: int = KEPT_BYTES) -> None:
+        self._folder, self._graph, self._limit = folder, graph, kept_bytes
+        self._keys = tuple(
+            (k, cell)
+            for k, portal in enumerate(graph.portals)
+            for cell in portal.cells
+            if cell >= 0 and (folder / side_folder(k, cell)).is_dir()
+        )
+        self._known = frozenset(self._keys)
+        self._read: OrderedDict[tuple[int, int], PortalImages] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._known
+
+    def __iter__(self) -> Iterator[tuple[int, int]]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def __getitem__(self, key: tuple[int, int]) -> PortalImages:
+        if key not in self._known:
+            raise KeyError(key)
+        with self._lock:
+            if key in self._read:
+                self._read.move_to_end(key)
+                return self._read[key]
+        images = self._load(key)
+        with self._lock:
+            self._read[key] = images
+            self._bytes += _bytes(images)
+            while self._bytes > self._limit and len(self._read) > 1:
+                self._bytes -= _bytes(self._read.popitem(last=False)[1])
+        return images
+
+    def _load(self, key: tuple[int, int]) -> PortalImages:
+        from belvedere.scene.io.detect import read_views
+
+        portal, cell = key
+        views = read_views(self._folder / side_folder(portal, cell))
+        side = Side(self._graph.portals[portal], cell, self._graph.cells[cell].floor)
+        return PortalImages(side, tuple(views[k] for k in range(len(views))))
+
+
+def _bytes(images: PortalImages) -> int:
+    return sum(view.nbytes for view in images.references)
+
+
+@dataclass(eq=False)
+class Walkthrough:
+    """A building to walk through. A `belvedere.scene.Scene`; frames of its own by `walker`."""
+
+    graph: CellGraph
+    """Cells and portals."""
+    model: LitModel
+    """The polygons with their light."""
+    images: Mapping[tuple[int, int], PortalImages]
+    """References by (portal, cell they are seen from)."""
+    home: Camera
+    """A camera that shows it well."""
+    path: CameraPath | None = None
+    """A walk through the building, if one is known."""
+    options: WalkOptions = field(default_factory=WalkOptions)
+    """How `render` makes frames."""
+    threads: int | None = None
+    """How many to use; None for as many as there are processors."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    """What its folder says of it."""
+
+    @classmethod
+    def open(
+        cls, path: str | Path, options: WalkOptions | None = None, threads: int | None = None
+    ) -> Walkthrough:
+        """Open a folder that `prepare` wrote.
+
+        Raises:
+            MissingFileError: a part is missing.
+            SceneError: the folder is of another kind, or a part does not say what it must.
+        """
+        from belvedere.model import load_lit_model
+        from belvedere.walkthrough.cells_file import load_graph
+
+        folder = Path(path)
+        facts = read_json(existing(folder, MANIFEST)).data
+        if facts.get("kind") != KIND:
+            raise SceneError(f"{folder}: is a scene of kind {facts.get('kind')!r}, not {KIND!r}")
+        if not isinstance(facts.get("version"), int) or facts["version"] > VERSION:
+            raise SceneError(
+                f"{folder}: is of version {facts.get('version')!r}, and this belvedere knows up to "
+                f"{VERSION}: update belvedere"
+            )
+        graph = load_graph(folder / "cells.json")
+        way = CameraPath.load(folder / "path.json") if (folder / "path.json").is_file() else None
+        model = load_lit_model(folder / "model.lit")
+        if way is None:
+            home = _first_look(graph)
+        else:
+            camera = way.camera(way.start)
+            assert isinstance(camera, Camera)
+            home = camera
+        return cls(
+            graph, model, StoredImages(folder, graph), home, way, options or WalkOptions(), threads,
+            dict(facts),
+        )  # fmt: skip
+
+    @property
+    def affords(self) -> Affordances:
+        """Walk anywhere: polygons stand wherever pictures do not; the light is baked."""
+        return Affordances("continuous", "global", "fixed")
+
+    @property
+    def viewing_region(self) -> ViewingRegion:
+        """The box round all cells."""
+        import numpy as np
+
+        lows = np.array([cell.low for cell in self.graph.cells])
+        highs = np.array([cell.high for cell in self.graph.cells])
+        return ViewingRegion(lows.min(axis=0), highs.max(axis=0))
+
+    @cached_property
+    def drawer(self) -> CellRasterizer:
+        """Draws the cells' polygons; made once for all walkers."""
+        return CellRasterizer(self.model, contents_of(self.model.mesh, self.graph))
+
+    @cached_property
+    def _own(self) -> Walker:
+        return self.walker()
+
+    def walker(self, options: WalkOptions | None = None) -> Walker:
+        """A visitor's window, for frame after frame; several may look at one walkthrough."""
+        return Walker(self.graph, self.drawer, self.images, options or self.options, self.threads)
+
+    def render(self, camera: CameraModel) -> Frame:
+        """One frame by itself: nothing fades in and nothing is kept from earlier ones.
+
+        Raises:
+            CameraError: not a planar camera.
+        """
+        self._own.cut()
+        return self._own.frame(camera)  # type: ignore[arg-type]
+
+
+def _first_look(graph: CellGraph) -> Camera:
+    """From the largest cell's middle towards its first portal."""
+    import numpy as np
+
+    from belvedere.walkthrough.placement import EYE_M
+
+    cell = max(
+        range(len(graph.cells)),
+        key=lambda k: float(np.prod((graph.cells[k].high - graph.cells[k].low)[:2])),
+    )
+    room = graph.cells[cell]
+    eye = (room.low + room.high) / 2.0
+    eye[2] = room.floor + EYE_M
+    ahead = eye + np.array([1.0, 0.0, 0.0])
+    for index in graph.portals_of[cell]:
+        target = graph.portals[index].center
+        if np.linalg.norm((target - eye)[:2]) > 0.5:
+            ahead = np.array([*target[:2], eye[2] - 0.1])
+            break
+    return Camera.look_at(eye, ahead, width=640, height=512)

@@ -11,7 +11,9 @@ from belvedere.cli.convert import convert
 from belvedere.cli.demo import demo
 from belvedere.cli.evaluate import evaluate
 from belvedere.cli.info import info
+from belvedere.cli.prepare import prepare
 from belvedere.cli.render import render
+from belvedere.cli.walk import walk
 from belvedere.ground.version import __version__
 
 app = typer.Typer(
@@ -31,6 +33,8 @@ app.command()(info)
 app.command()(render)
 app.command()(evaluate)
 app.command()(convert)
+app.command()(prepare)
+app.command()(walk)
 app.command()(bench)
 
 

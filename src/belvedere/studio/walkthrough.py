@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,7 @@ SSIM_EVERY = 4
 WARM_UP = 3
 """Frames made before the first that is timed: kernels are compiled and buffers made."""
 
-__all__ = ["Compared", "WalkResult", "walk"]
+__all__ = ["Compared", "WalkResult", "cameras_of", "frames_along", "walk"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,6 @@ class WalkResult:
     """(width, height) pixels."""
     compared: Compared | None = None
     video: Path | None = None
-    _times: tuple[float, ...] = field(default=(), repr=False)
 
     @property
     def times(self) -> npt.NDArray[np.float64]:
@@ -105,6 +104,28 @@ class WalkResult:
         if self.compared is None:
             return None
         return float(np.max(np.array(self.compared.times) / self.times))
+
+    def lines(self) -> list[str]:
+        """For people: times, what was drawn, holes, and the comparison."""
+        width, height = self.size
+        mean = {name: float(np.mean([getattr(f, name) for f in self.frames]))
+                for name in ("cells", "portals", "references", "holes")}  # fmt: skip
+        lines = [
+            f"{self.mode}: {len(self.frames)} frames of {width} x {height}, median "
+            f"{self.median:.1f} ms ({1e3 / self.median:.0f} frames/s), 99 % below "
+            f"{self.p99:.1f} ms, variation {self.variation:.2f}",
+            f"  a frame: {mean['cells']:.1f} cells drawn, {mean['portals']:.1f} portals with "
+            f"pictures, {mean['references']:.1f} references warped, {100 * mean['holes']:.2f} % "
+            "holes",
+        ]
+        other = self.compared
+        if other is not None:
+            lines.append(
+                f"  against culling ({np.median(other.times):.1f} ms): {self.speedup_overall:.2f}x "
+                f"overall, {self.speedup_best:.1f}x at best; PSNR {other.psnr:.1f} dB, SSIM "
+                f"{other.ssim:.3f}, popping {other.popping:.1f}"
+            )
+        return lines
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON; what was not measured is null."""
@@ -198,6 +219,36 @@ def walk(
     return WalkResult(
         chosen.mode, tuple(stats), (width, height), compared, None if video is None else Path(video)
     )
+
+
+def cameras_of(
+    scene: Walkthrough,
+    path: str | Path,
+    frames: int,
+    size: tuple[int, int] | None = None,
+    seed: int = 0,
+) -> list[Camera]:
+    """The cameras of a walk from one word: ``recorded``, ``random``, or the name of a path file.
+
+    Raises:
+        InputError: neither a word nor a file; ``recorded`` where the scene holds no walk.
+        PathError: a file that is no path.
+    """
+    if str(path) == "recorded":
+        if scene.path is None:
+            raise InputError("this scene holds no recorded walk: try --path random")
+        way = scene.path
+    elif str(path) == "random":
+        from belvedere.walkthrough.tour import random_walk
+
+        way = random_walk(scene.space, scene.home.center, seed)
+    elif Path(path).is_file():
+        way = CameraPath.load(path)
+    else:
+        raise InputError(
+            f"path is {str(path)!r}, expected recorded, random or the name of a path file"
+        )
+    return frames_along(way, frames, size)
 
 
 def frames_along(path: CameraPath, count: int, size: tuple[int, int] | None) -> list[Camera]:

@@ -191,7 +191,11 @@ class Layers:
         place = np.where(keep, np.cumsum(keep) - 1, -1).astype(np.int32)
         link = np.where(self.link >= 0, place[self.link], -1)[keep]
         return Layers(
-            self.grid, self.column[keep], self.floor[keep], self.ceiling[keep], link.astype(np.int32)
+            self.grid,
+            self.column[keep],
+            self.floor[keep],
+            self.ceiling[keep],
+            link.astype(np.int32),
         )
 
 
@@ -217,9 +221,7 @@ def standing_layers(columns: Columns, head: float, step: float) -> tuple[Layers,
     return link_layers(columns.grid, column, floor, ceiling, step, head), up
 
 
-def link_layers(
-    grid: Grid, column: A, floor: F8, ceiling: F8, step: float, head: float
-) -> Layers:
+def link_layers(grid: Grid, column: A, floor: F8, ceiling: F8, step: float, head: float) -> Layers:
     """Layers of places (sorted by column) joined where a person can step across."""
     from belvedere.walkthrough._span_kernels import link_floors, mend_links
 

@@ -98,13 +98,13 @@ class FreeSpace:
         return cls(layers, layers.distance(), body)
 
     @cached_property
-    def _smooth(self) -> F8:
+    def smooth_floor(self) -> F8:
         """(N,) floor heights with the steps rounded off, metres above the grid's corner."""
-        from belvedere.walkthrough._span_kernels import smooth_floor
+        from belvedere.walkthrough import _span_kernels
 
         rounds = max(round(2.5 * (SMOOTHING_M / self.layers.grid.spacing) ** 2), 1)
         one, two = np.empty_like(self.layers.floor), np.empty_like(self.layers.floor)
-        smooth_floor(self.layers.link, self.layers.floor, min(rounds, 100), one, two)
+        _span_kernels.smooth_floor(self.layers.link, self.layers.floor, min(rounds, 100), one, two)
         return one
 
     @cached_property
@@ -271,7 +271,7 @@ class FreeSpace:
         a, b = self._first[j * grid.nx + i], self._first[j * grid.nx + i + 1]
         if a == b:
             return -1
-        off = np.abs(self._smooth[a:b] - (p[2] - self.body.eye))
+        off = np.abs(self.smooth_floor[a:b] - (p[2] - self.body.eye))
         best = int(np.argmin(off))
         return int(a) + best if off[best] <= 2.0 * self.body.step + 0.1 else -1
 
@@ -279,6 +279,6 @@ class FreeSpace:
         from belvedere.walkthrough._walk_kernels import field
 
         grid, layers = self.layers.grid, self.layers
-        args = (layers.link, layers.column, grid.nx, grid.spacing, self._smooth, n, x, y)
+        args = (layers.link, layers.column, grid.nx, grid.spacing, self.smooth_floor, n, x, y)
         height = field(*args, 0.0, True)[0]
         return np.array([x, y, height + self.body.eye]) + np.array(grid.origin)

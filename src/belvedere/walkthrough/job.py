@@ -86,8 +86,8 @@ def _take_up(folder: Path, description: dict[str, Any], target: Path, force: boo
     keys = sorted({*earlier, *description})
     other = [key for key in keys if earlier.get(key) != description.get(key)]
     raise OutputError(
-        f"{target}: an interrupted preparation with another {', '.join(other)} waits to be resumed: "
-        "prepare with the same model and options, choose another name, or pass --force "
+        f"{target}: an interrupted preparation with another {', '.join(other)} waits to be "
+        "resumed: prepare with the same model and options, choose another name, or pass --force "
         "(force=True) to start anew"
     )
 

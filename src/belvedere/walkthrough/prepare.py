@@ -20,8 +20,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-import numpy as np
-
 from belvedere.ground.checks import check_choice, check_number
 from belvedere.ground.errors import MissingFileError
 from belvedere.ground.version import __version__
@@ -173,6 +171,7 @@ def prepare(
         folder = str(job.folder)
         # on this machine the long single tasks use every thread; photographs one each
         threads = 1 if workers_of.local else None
+
         def stage(task: Callable[..., Any], items: list[tuple[Any, ...]], what: str) -> list[Any]:
             return workers_of.run(task, items, lambda done, total: progress(done, total, what))
 

@@ -114,4 +114,3 @@ def crew(cluster: str | None = None, workers: int | None = None) -> Iterator[Cre
                 f"`dask worker {cluster}`"
             )
         yield Crew(client, False)
-

@@ -30,6 +30,7 @@ from belvedere.scene.io.paths import existing
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.contents import contents_of
 from belvedere.walkthrough.frame_loop import Walker, WalkOptions
+from belvedere.walkthrough.free_space import FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer
 from belvedere.walkthrough.placement import Side
 from belvedere.walkthrough.portal_images import PortalImages
@@ -178,6 +179,11 @@ class Walkthrough:
     def drawer(self) -> CellRasterizer:
         """Draws the cells' polygons; made once for all walkers."""
         return CellRasterizer(self.model, contents_of(self.model.mesh, self.graph))
+
+    @cached_property
+    def space(self) -> FreeSpace:
+        """Where a visitor can walk; made once, in some seconds."""
+        return FreeSpace.of_mesh(self.model.mesh)
 
     @cached_property
     def _own(self) -> Walker:

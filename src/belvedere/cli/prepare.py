@@ -1,0 +1,211 @@
+"""``belvedere prepare``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from belvedere.cli.arguments import OUTPUT, ForceOption, JsonOption
+from belvedere.cli.console import note, progress_bar, say, say_json
+from belvedere.ground.wording import counted
+
+
+class Cells(StrEnum):
+    """Where rooms and doors are known from."""
+
+    AUTO = "auto"
+    STATED = "stated"
+    FOUND = "found"
+
+
+class Placement(StrEnum):
+    """Where references stand."""
+
+    ERROR = "error"
+    ARC = "arc"
+
+
+class Doors(StrEnum):
+    """What becomes of door leaves."""
+
+    OPEN = "open"
+    CLOSED = "closed"
+
+
+MODEL = "How to read the model"
+REFERENCES = "Cells and references"
+WORK = "Who does the work"
+
+
+def prepare(
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL",
+            help="A glTF/GLB, OBJ, PLY or IFC file; or built-in:flat, built-in:bungalow or "
+            "built-in:villa, furnished houses made on the spot.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Folder to make. By default the model's name.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    cells: Annotated[
+        Cells,
+        typer.Option(
+            help="stated: rooms and openings that the model names (IFC, glTF extras, or "
+            "MODEL.building.json beside it). found: looked for in its free space. auto: stated, "
+            "if there are any.",
+            rich_help_panel=REFERENCES,
+        ),
+    ] = Cells.AUTO,
+    cells_file: Annotated[
+        Path | None,
+        typer.Option(
+            help="A cells.json to use instead: prepare once, look at plan.svg, edit, go on.",
+            rich_help_panel=REFERENCES,
+        ),
+    ] = None,
+    references: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=1000,
+            rich_help_panel=REFERENCES,
+            help="Pictures for each portal, shared between its two sides.",
+        ),
+    ] = 6,
+    texels: Annotated[
+        int,
+        typer.Option(
+            min=8,
+            max=2048,
+            rich_help_panel=REFERENCES,
+            help="Of a door's picture: 256 makes 256 x 256. Larger portals get more.",
+        ),
+    ] = 256,
+    placement: Annotated[
+        Placement,
+        typer.Option(
+            help="error: where they remove most holes. arc: evenly before the portal.",
+            rich_help_panel=REFERENCES,
+        ),
+    ] = Placement.ERROR,
+    bound: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=1.0,
+            rich_help_panel=REFERENCES,
+            help="With placement by error: share of holes at which fewer pictures are enough.",
+        ),
+    ] = 0.0,
+    units: Annotated[
+        str | None,
+        typer.Option(
+            help="m, cm, mm, ft or in, where the file does not say.", rich_help_panel=MODEL
+        ),
+    ] = None,
+    up: Annotated[
+        str | None,
+        typer.Option(help="x, y or z: the axis that points up.", rich_help_panel=MODEL),
+    ] = None,
+    doors: Annotated[
+        Doors,
+        typer.Option(
+            help="open: leave out the door leaves that can be told, so that one can walk through.",
+            rich_help_panel=MODEL,
+        ),
+    ] = Doors.OPEN,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of a built-in house.", rich_help_panel=MODEL)
+    ] = 0,
+    rays: Annotated[
+        int,
+        typer.Option(
+            min=4,
+            max=4096,
+            rich_help_panel=MODEL,
+            help="For each point of the baked light; fewer is quicker and blotchier.",
+        ),
+    ] = 64,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT",
+            rich_help_panel=WORK,
+            help="Give the work to a Dask cluster that sees the same files.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=256,
+            rich_help_panel=WORK,
+            help="Threads on this machine. By default as many as it has processors.",
+        ),
+    ] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run",
+            rich_help_panel=WORK,
+            help="Only say how many pictures, bytes and minutes it would be.",
+        ),
+    ] = False,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make a building model walkable: find its rooms and doors, light it, photograph it.
+
+    The folder it makes holds the cells and portals (cells.json, and a floor plan to look at), the
+    lit model, and a few pictures with depth for each portal. An interrupted preparation goes on
+    when the same command is repeated, and ends with the same bytes.
+
+    Examples: belvedere prepare built-in:flat;
+    belvedere prepare house.ifc -o house --dry-run;
+    belvedere prepare house.glb --cells found --placement arc
+    """  # fmt: skip
+    from belvedere.walkthrough.placement import PlacementOptions
+    from belvedere.walkthrough.prepare import PrepareOptions, estimate
+    from belvedere.walkthrough.prepare import prepare as make
+
+    options = PrepareOptions(
+        cells=cells.value, cells_file=None if cells_file is None else str(cells_file.absolute()),
+        placement=placement.value, bound=bound, units=units, up=up, doors=doors.value, rays=rays,
+        seed=seed, references=PlacementOptions(count=references, texels=texels),
+    )  # fmt: skip
+    target = output or Path(model.removeprefix("built-in:")).with_suffix("")
+    target = Path(target.name) if output is None else target
+    if dry_run:
+        with progress_bar(quiet=as_json) as tell:
+            guess = estimate(model, options, workers=workers, progress=tell)
+        if as_json:
+            say_json(guess.as_dict())
+        else:
+            say(f"{model}: {guess.summary}")
+        return
+    with progress_bar(quiet=as_json) as tell:
+        made = make(
+            model, target, options=options, cluster=cluster, workers=workers, force=force,
+            progress=tell,
+        )  # fmt: skip
+    if as_json:
+        say_json(made.as_dict())
+        return
+    for finding in made.findings:
+        note(finding)
+    say(
+        f"{target}: {counted(len(made.cells), 'cell')}, {counted(made.portals, 'portal')}, "
+        f"{counted(made.references, 'reference')}, {made.bytes / 1e6:.1f} MB, {made.seconds:.0f} s"
+    )
+    say(f"look at {target / 'plan.svg'}, then: belvedere walk {target}")

@@ -1,0 +1,147 @@
+"""``belvedere walk``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from belvedere.cli.arguments import (
+    LOOK,
+    OUTPUT,
+    Fill,
+    FillOption,
+    ForceOption,
+    JsonOption,
+    Reconstruction,
+    ReconstructionOption,
+    ThreadsOption,
+    parse_size,
+)
+from belvedere.cli.console import progress_bar, say, say_json
+
+
+class Mode(StrEnum):
+    """What stands behind portals."""
+
+    FULL = "full"
+    CULLING = "culling"
+    TEXTURES = "textures"
+    ONE = "one"
+    TWO = "two"
+
+
+class Merge(StrEnum):
+    """How two references become one picture."""
+
+    OVER = "over"
+    DISPARITY = "disparity"
+
+
+def walk(
+    scene: Annotated[
+        Path, typer.Argument(metavar="SCENE", help="A folder that belvedere prepare made.")
+    ],
+    path: Annotated[
+        str,
+        typer.Option(
+            "--path",
+            "-p",
+            rich_help_panel=LOOK,
+            help="recorded: the walk that was prepared. random: a stroll with collision. Or a "
+            "path file (JSON).",
+        ),
+    ] = "recorded",
+    mode: Annotated[
+        Mode,
+        typer.Option(
+            "--mode",
+            "-m",
+            rich_help_panel=LOOK,
+            help="two, one: nearest pictures of each portal, warped. textures: painted flat on "
+            "it. culling: polygons of the cells in sight. full: all polygons.",
+        ),
+    ] = Mode.TWO,
+    frames: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="How many.", rich_help_panel=LOOK)
+    ] = 520,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WIDTHxHEIGHT", help="Of the window.", rich_help_panel=LOOK),
+    ] = "640x512",
+    merge: Annotated[
+        Merge,
+        typer.Option(
+            rich_help_panel=LOOK,
+            help="Mode two: the nearer surface wins, or the nearest picture always goes over the "
+            "other.",
+        ),
+    ] = Merge.DISPARITY,
+    reconstruction: ReconstructionOption = Reconstruction.INVERSE,
+    fill: FillOption = Fill.NONE,
+    persist: Annotated[
+        bool,
+        typer.Option(
+            "--persist",
+            rich_help_panel=LOOK,
+            help="Show in holes what was seen there in earlier frames.",
+        ),
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of --path random.", rich_help_panel=LOOK)] = 0,
+    compare: Annotated[
+        bool,
+        typer.Option(
+            "--compare",
+            rich_help_panel=OUTPUT,
+            help="Show every frame by culling too: ratios of times, PSNR, SSIM, popping.",
+        ),
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A video, NAME.mp4.", rich_help_panel=OUTPUT),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for a page with frame times by mode and the figures of the paper: one "
+            "reference, two, geometry, difference.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    threads: ThreadsOption = None,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Walk through a prepared building and measure every frame.
+
+    Examples: belvedere walk house -o walk.mp4;
+    belvedere walk house --mode two --compare --json;
+    belvedere walk house --path random --frames 300 --report report
+    """  # fmt: skip
+    from belvedere.studio.walk_report import report_walk
+    from belvedere.studio.walkthrough import cameras_of, walk
+    from belvedere.walkthrough import WalkOptions, Walkthrough
+
+    opened = Walkthrough.open(scene, threads=threads)
+    options = WalkOptions(
+        mode=mode.value, merge=merge.value, reconstruction=reconstruction.value, persist=persist,
+        fill=fill.value,
+    )  # fmt: skip
+    cameras = cameras_of(opened, path, frames, parse_size(size), seed)
+    with progress_bar(quiet=as_json) as tell:
+        result = walk(
+            opened, cameras, options, compare=compare, video=output, force=force, progress=tell
+        )
+        if report is not None:
+            report_walk(opened, cameras, report, options, title=scene.resolve().name, force=force,
+                        progress=tell)  # fmt: skip
+    if as_json:
+        say_json(result.as_dict())
+        return
+    for line in result.lines():
+        say(line)
+    for made in (output, None if report is None else report / "report.html"):
+        if made is not None:
+            say(f"look at {made}")

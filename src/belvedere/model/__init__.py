@@ -10,10 +10,12 @@ from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.model_scene import ModelScene
 from belvedere.model.photograph import LitModel, photograph
+from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
 
 __all__ = [
     "Building",
+    "DrawList",
     "Hits",
     "Interior",
     "Lamp",
@@ -22,6 +24,7 @@ __all__ = [
     "LitModel",
     "ModelScene",
     "Opening",
+    "Rasterizer",
     "RayCaster",
     "Room",
     "bake",

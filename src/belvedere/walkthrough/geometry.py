@@ -8,10 +8,12 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.model import DrawList, LitModel, Rasterizer
 from belvedere.scene import Camera
+from belvedere.walkthrough.contents import CellContents
 from belvedere.walkthrough.visibility import Sight
 
-__all__ = ["GeometryDrawer"]
+__all__ = ["CellRasterizer", "GeometryDrawer"]
 
 
 class GeometryDrawer(Protocol):
@@ -26,3 +28,32 @@ class GeometryDrawer(Protocol):
             (H, W, 3) sRGB and (H, W) disparity, 0 in the sky, which the caller may write to.
         """
         ...
+
+
+class CellRasterizer:
+    """Draws cells with `belvedere.model.Rasterizer`; each cell's list is made when first seen.
+
+    Memory: see `belvedere.model.Rasterizer`.
+    """
+
+    def __init__(self, model: LitModel, contents: CellContents) -> None:
+        self._contents = contents
+        self._rasterizer = Rasterizer(model)
+        self._lists: dict[int, DrawList] = {}
+
+    def draw(
+        self, camera: Camera, sights: Sequence[Sight] | None, threads: int | None
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+        """See `GeometryDrawer.draw`. A cell seen through several portals is drawn once for each."""
+        self._rasterizer.threads = threads
+        if sights is None:
+            color, disparity, _ = self._rasterizer.draw(camera)
+            return color, disparity
+        lists = [(self._list(sight.cell), sight.planes) for sight in sights]
+        color, disparity, _ = self._rasterizer.draw(camera, lists)
+        return color, disparity
+
+    def _list(self, cell: int) -> DrawList:
+        if cell not in self._lists:
+            self._lists[cell] = self._rasterizer.prepare(self._contents.faces(cell))
+        return self._lists[cell]

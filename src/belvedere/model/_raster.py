@@ -239,12 +239,12 @@ def draw_triangle(
 ) -> None:  # fmt: skip
     """Draw one triangle inside columns x0..x1 and rows y0..y1, whichever way it turns."""
     # the first and last pixel whose center can be inside
-    left = max(x0, -((-min(ax, min(bx, cx))) // SUB))
-    right = min(x1, max(ax, max(bx, cx)) // SUB)
+    left = max(x0, -((-min(ax, bx, cx)) // SUB))
+    right = min(x1, max(ax, bx, cx) // SUB)
     if right < left:
         return
-    top = max(y0, -((-min(ay, min(by, cy))) // SUB))
-    bottom = min(y1, max(ay, max(by, cy)) // SUB)
+    top = max(y0, -((-min(ay, by, cy)) // SUB))
+    bottom = min(y1, max(ay, by, cy) // SUB)
     if bottom < top:
         return
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.checks import check_shape
 from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
 from belvedere.ground.errors import CameraError, InputError
 from belvedere.ground.threads import run_parallel, thread_count
@@ -128,7 +128,6 @@ class Rasterizer:
         self,
         camera: CameraModel,
         lists: Sequence[tuple[DrawList, F8 | None]] | None = None,
-        wanted: npt.NDArray[np.bool_] | None = None,
     ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32], I4]:
         """Draw the model, or parts of it.
 
@@ -137,7 +136,6 @@ class Rasterizer:
             lists: what to draw, each with the (K, 3) planes through the eye, pointing inwards,
                 that it is seen within (None: within the picture). What lies outside them may be
                 drawn too. None draws every face.
-            wanted: (H, W) which pixels to shade; None for all.
 
         Returns:
             (H, W, 3) sRGB; (H, W) disparity, 0 in the sky; (H, W) face, -1 in the sky. What lies
@@ -157,9 +155,6 @@ class Rasterizer:
             self._all = self._all or self.prepare()
             lists = [(self._all, None)]
         height, width = camera.size
-        pixels = np.zeros((0, 0), dtype=bool) if wanted is None else wanted
-        if wanted is not None:
-            check_shape("Rasterizer.draw", "wanted", wanted, camera.size)
         face = np.full((height, width), -1, dtype=np.int32)
         disparity = np.zeros((height, width), dtype=np.float32)
         color = np.zeros((height, width, 3), dtype=np.uint8)
@@ -188,12 +183,12 @@ class Rasterizer:
                 look.texels, look.levels, SRGB8_TO_LINEAR, LINEAR_TO_SRGB8,
                 light.soft_lattice.first, light.soft_lattice.shape, light.soft,
                 light.sun_lattice.first, light.sun_lattice.shape, light.sun, light.sun_color,
-                pixels, disparity, color,
+                disparity, color,
             )  # fmt: skip
 
         bands = thread_count(self.threads) * BANDS_PER_THREAD
         edges = np.unique(np.linspace(0, height, min(bands, height) + 1).astype(int))
-        run_parallel(work, list(zip(edges[:-1], edges[1:], strict=True)), self.threads)
+        run_parallel(work, list(pairwise(edges)), self.threads)
         return color, disparity, face
 
 

@@ -110,10 +110,6 @@ def _moved(mesh: Mesh, origin: F8) -> Mesh:
 def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
     """All door-like necks, each once."""
     layers, found = rooms.layers, []
-    for n in neck_places(rooms):
-        neck = fit_neck(caster, layers.centers[n], float(layers.floor[n]), body.head)
-        if neck is not None and neck.width <= DOOR_M:
-            found.append(neck)
     place, way = beside_walls(rooms)
     which, middle, along = wall_ends(
         caster, layers.centers[place], layers.floor[place], way, body.head
@@ -123,11 +119,20 @@ def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
         neck = fit_neck(caster, at, floor, body.head, across)
         if neck is not None:
             found.append(neck)
+    for n in neck_places(rooms):
+        at, floor = layers.centers[n], float(layers.floor[n])
+        if any(
+            n.lintel and np.hypot(*(at - n.center)) < 0.3 and abs(floor - n.floor) < 0.6
+            for n in found
+        ):
+            continue
+        neck = fit_neck(caster, at, floor, body.head)
+        if neck is not None and neck.width <= DOOR_M:
+            found.append(neck)
     best: list[Neck] = []
     for neck in sorted(found, key=lambda n: (not n.lintel, round(n.width, 2), n.floor)):
-        center = (neck.left + neck.right) / 2.0
         if all(
-            np.hypot(*(center - (other.left + other.right) / 2.0)) > 0.5
+            np.hypot(*(neck.center - other.center)) > 0.5
             or abs(neck.floor - other.floor) > 0.6
             for other in best
         ):
@@ -254,7 +259,8 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
         below = label == lower
         tall = below & (layers.ceiling > layers.floor[high] + 1.0)
         least = min(below.sum(), (label == upper).sum())
-        if upper == lower or tall.sum() > 0.25 * least:
+        gallery = tall.sum() > 0.25 * least and not _lies_over_others(layers, label, flight, high, low)
+        if upper == lower or gallery:
             continue
         marked = np.zeros(len(stair), dtype=bool)
         marked[flight] = True
@@ -263,12 +269,21 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
     return cut, places
 
 
+def _lies_over_others(layers: Layers, label: I4, flight: I4, high: int, low: int) -> bool:
+    """Whether there are other rooms under an upper floor: one prism cannot hold both it and them."""
+    plan = np.zeros(layers.grid.nx * layers.grid.ny, dtype=bool)
+    plan[layers.column[label == label[high]]] = True
+    rest = (label != label[high]) & (label != label[low]) & (label != label[flight[0]])
+    rest &= layers.floor < layers.floor[high] - 1.5
+    return bool((rest & plan[layers.column]).sum() * layers.grid.spacing**2 > LEAST_ROOM_M2)
+
+
 def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
     """Prisms over the parts, lowest storey first; none overlaps another in plan and height."""
     from scipy import ndimage
 
     layers, grid = rooms.layers, rooms.layers.grid
-    masks, heights = [], []
+    raw, masks, heights = [], [], []
     for k in range(parts.count):
         own = np.flatnonzero(parts.label == k)
         mask = np.zeros(grid.nx * grid.ny, dtype=bool)
@@ -277,9 +292,9 @@ def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
             np.pad(mask.reshape(grid.ny, grid.nx), 4), iterations=3
         )[4:-4, 4:-4]
         masks.append(np.asarray(ndimage.binary_fill_holes(shape), dtype=bool))
-        top = layers.ceiling[own]
-        heights.append((float(layers.floor[own].min()), float(top[np.isfinite(top)].max())))
-    taken = _settle(masks, heights, parts.stairs)
+        raw.append(mask.reshape(grid.ny, grid.nx))
+        heights.append(_rise(layers, own, k in parts.stairs))
+    taken = _settle(raw, masks, heights, parts.stairs)
     floors = sorted(heights[k][0] for k in range(parts.count) if k not in parts.stairs)
     levels = [floors[0]] if floors else [0.0]
     for floor in floors:
@@ -296,10 +311,24 @@ def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
     return cells
 
 
+def _rise(layers: Layers, own: npt.NDArray[np.intp], stair: bool) -> tuple[float, float]:
+    """Floor and ceiling of a part. A ceiling over a mere edge, beside a stairwell, is not its own."""
+    low = float(layers.floor[own].min())
+    if stair:
+        beside = layers.link[own]
+        low = min(low, float(layers.floor[beside[beside >= 0]].min()))
+    tops = np.sort(layers.ceiling[own][np.isfinite(layers.ceiling[own])])
+    top = tops[-1] if stair else tops[min(int(0.96 * len(tops)), len(tops) - 1)]
+    return low, float(top)
+
+
 def _settle(
-    masks: list[Mask], heights: list[tuple[float, float]], stairs: frozenset[int]
+    raw: list[Mask], masks: list[Mask], heights: list[tuple[float, float]], stairs: frozenset[int]
 ) -> list[Mask]:
-    """Grow each plan by the square that a wall takes on its edge, and let stairs keep theirs."""
+    """Grow each plan by the square that a wall takes on its edge, and let stairs keep theirs.
+
+    What lies under a stair is the stair's; above it only what has no floor of its own.
+    """
     from scipy import ndimage
 
     count = len(masks)
@@ -312,7 +341,8 @@ def _settle(
         if a not in stairs:
             for b in meet[a]:
                 if b in stairs:
-                    own &= ~masks[b]
+                    over = heights[a][0] > heights[b][0] + 0.5
+                    own &= ~(masks[b] & ~raw[a] if over else masks[b])
         core.append(own)
     grown: list[Mask] = []
     for a, mask in enumerate(core):
@@ -353,10 +383,13 @@ def _graph(cells: list[Cell], contacts: list[Contact], origin: F8) -> CellGraph:
         )
         for cell in cells
     )  # fmt: skip
-    portals, count = [], {"door": 0, "window": 0, "opening": 0}
+    portals: list[Portal] = []
+    count: dict[str, int] = {}
     for contact in contacts:
-        count[contact.kind] += 1
-        name = f"{contact.kind} {count[contact.kind]}"
+        inner = contact.kind == "window" and contact.second != OUTSIDE
+        word = "view" if inner else contact.kind  # over a railing, through a serving hatch
+        count[word] = count.get(word, 0) + 1
+        name = f"{word} {count[word]}"
         corners = facing(contact.corners, cells[contact.first])
         portals.append(
             Portal(name, contact.kind, corners + origin, (contact.first, contact.second))

@@ -31,7 +31,7 @@ PROBES_M = (0.03, 0.1, 0.18, 0.26, 0.35, 0.45, 0.6, WALL_M)
 """How far beyond its side a neighbour is looked for."""
 OPEN_M = 6.0
 """A ray that goes on so far beyond a side is outdoors, as is one under the open sky."""
-LEAST_PATCH_M2, LEAST_SIDE_M = 0.08, 0.15
+LEAST_PATCH_M2, LEAST_SIDE_M = 0.08, 0.25
 MARGIN_M = 0.12
 """Rays that pass so close to a known portal pass through it."""
 
@@ -110,9 +110,7 @@ def add_contacts(
     for index in range(len(cells)):
         for side in _sides(cells[index]):
             for contact in _on_side(cells, index, side, clear, contacts, seeds[index]):
-                if not _walkable(contact, solid):
-                    contact = replace(contact, kind="window")  # noqa: PLW2901
-                contacts.append(contact)
+                contacts.append(replace(contact, kind=_kind(contact, solid, side.out)))
     return contacts
 
 
@@ -153,6 +151,8 @@ def _on_side(
     rows, columns = np.nonzero(side.inside)
     on = grid[rows, columns]
     start = on - INSET_M * side.out
+    own = cell_at(cells, start) == index  # where cells overlap, only what is truly this one's
+    rows, columns, on, start = rows[own], columns[own], on[own], start[own]
     hits = clear.cast(start, np.broadcast_to(side.out, start.shape))
     free = hits.t.astype(np.float64) - INSET_M
     maybe = np.flatnonzero(free > PROBES_M[0])
@@ -267,30 +267,30 @@ def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:
     return float(offsets[within].mean()) if len(within) else 0.1
 
 
-def _walkable(contact: Contact, solid: RayCaster) -> bool:
-    """Whether half a metre of it can be passed by a body with a floor under its feet."""
-    corners = contact.corners
+def _kind(contact: Contact, solid: RayCaster, out: F8) -> OpeningKind:
+    """What a patch is: can half a metre of it be passed by a body with a floor under its feet?"""
+    corners, outdoors = contact.corners, contact.second == OUTSIDE
     u, v = corners[1] - corners[0], corners[3] - corners[0]
-    normal = np.cross(u, v)
-    normal = normal / np.linalg.norm(normal)
-    if abs(normal[2]) > 0.5:
-        return True
+    if abs(out[2]) > 0.5:
+        return "window" if outdoors else "opening"
     if np.linalg.norm(v) < 1.8:
-        return False
+        return "window"
     s = np.linspace(0.02, 0.98, max(int(np.linalg.norm(u) / 0.1), 2))
     foot = corners[0] + s[:, None] * u
     passes = np.ones(len(s), dtype=bool)
     for high in (0.4, 0.7, 1.0, 1.4, 1.7):
-        start = foot + [0.0, 0.0, high] - 0.25 * normal
-        passes &= ~solid.blocked(start, np.broadcast_to(normal, start.shape), 0.5)
-    for shift in (-0.2, 0.2):
-        start = foot + [0.0, 0.0, 0.4] + shift * normal
+        start = foot + [0.0, 0.0, high] - 0.25 * out
+        passes &= ~solid.blocked(start, np.broadcast_to(out, start.shape), 0.5)
+    for shift in (-0.25,) if outdoors else (-0.25, 0.25):
+        start = foot + [0.0, 0.0, 0.4] + shift * out
         passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.8)
     run = best = 0
     for free in passes:
         run = run + 1 if free else 0
         best = max(best, run)
-    return best * float(np.linalg.norm(u)) / len(s) >= 0.5
+    if best * float(np.linalg.norm(u)) / len(s) < 0.5:
+        return "window"
+    return "door" if outdoors else "opening"
 
 
 def facing(corners: F8, cell: Cell) -> F8:

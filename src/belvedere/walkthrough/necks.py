@@ -62,6 +62,11 @@ class Neck:
         return float(np.linalg.norm(self.right - self.left))
 
     @property
+    def center(self) -> F8:
+        """(2,) the middle in plan."""
+        return (self.left + self.right) / 2.0
+
+    @property
     def corners(self) -> F8:
         """(4, 3) the rectangle."""
         a, b = self.left, self.right

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from belvedere.ground.errors import SceneError
 from belvedere.walkthrough.columns import Columns, Layers, link_layers, standing_layers
 from belvedere.walkthrough.free_space import Body
-from belvedere.walkthrough.necks import WIDEST_M
+from belvedere.walkthrough.necks import DOOR_M
 
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
@@ -31,7 +31,7 @@ SOFFIT_M = 0.1
 """How much lower than the ceilings beside it the head of a door is, at least."""
 DEEPEST_WALL_M = 0.7
 
-__all__ = ["RoomLayer", "find_rooms", "neck_places"]
+__all__ = ["RoomLayer", "beside_walls", "find_rooms", "neck_places"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def find_rooms(columns: Columns, body: Body) -> RoomLayer:
             "and is its unit the metre?"
         )
     layers, walkable = _carry_on(columns, standing.take(keep), body)
-    return RoomLayer(layers, walkable, layers.distance(), _stairs(layers, walkable))
+    return RoomLayer(layers, walkable, layers.distance(), _stairs(layers))
 
 
 def _worth_keeping(layers: Layers, front: Mask, body: Body) -> Mask:
@@ -134,11 +134,11 @@ def _extreme(layers: Layers, value: F8, rounds: int, sign: float) -> F8:
     return one
 
 
-def _stairs(layers: Layers, walkable: Mask) -> Mask:
+def _stairs(layers: Layers) -> Mask:
     """Places where the floor keeps rising: at least two steps within 35 cm either way."""
     rounds = max(round(0.35 / layers.grid.spacing), 1)
     rise = _extreme(layers, layers.floor, rounds, 1.0) - _extreme(layers, layers.floor, rounds, -1.0)
-    steep = walkable & (rise >= 0.3)
+    steep = rise >= 0.3
     cut = (layers.link >= 0) & (steep[:, None] != steep[layers.link])
     label, count = layers.label(cut)
     high, low = np.full(count, -np.inf), np.full(count, np.inf)
@@ -182,9 +182,16 @@ def neck_places(rooms: RoomLayer) -> I4:
     # stretches: border places of one basin that hang together
     both = border[:, None] & border[layers.link] & (basin[:, None] == basin[layers.link])
     label, count = layers.label((layers.link >= 0) & ~both)
-    on = np.flatnonzero(border & (rooms.far <= WIDEST_M / 2.0 + layers.grid.spacing))
+    on = np.flatnonzero(border & (rooms.far <= DOOR_M / 2.0 + layers.grid.spacing))
     widest = on[np.lexsort((-rooms.far[on], label[on]))]
-    return widest[np.unique(label[widest], return_index=True)[1]].astype(np.int32)
+    places = widest[np.unique(label[widest], return_index=True)[1]]
+    # neighbouring stretches are one neck: keep the narrowest within a quarter of a metre
+    bins = np.floor(layers.centers[places] / 0.25).astype(np.int64)
+    level = np.round(layers.floor[places] / 0.5).astype(np.int64)
+    order = np.lexsort((places, depth[places], level, bins[:, 1], bins[:, 0]))
+    kinds = np.column_stack([bins, level])[order]
+    fresh = np.concatenate([[True], (np.diff(kinds, axis=0) != 0).any(axis=1)])
+    return np.sort(places[order][fresh]).astype(np.int32)
 
 
 def beside_walls(rooms: RoomLayer) -> tuple[I4, F8]:

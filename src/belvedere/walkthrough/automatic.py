@@ -20,7 +20,7 @@ from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
 from belvedere.walkthrough.columns import Columns, Layers
-from belvedere.walkthrough.contacts import Contact, add_contacts, facing
+from belvedere.walkthrough.contacts import Contact, Passages, add_contacts, facing
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.leaves import named_doors, named_panes, without
 from belvedere.walkthrough.necks import DOOR_M, Neck, fit_neck, wall_ends
@@ -96,7 +96,8 @@ def find_cells(
     cells = _cells(rooms, parts)
     known = [Contact(n.corners, a, b, "door" if n.lintel else "opening") for n, a, b in parts.doors]
     clear = RayCaster(_moved(without(mesh, doors | glass), origin)) if glass.any() else caster
-    contacts = add_contacts(cells, clear, caster, known, _seeds(rooms, parts, body))
+    passages = Passages.of_layers(rooms.layers.take(rooms.walkable), parts.label[rooms.walkable])
+    contacts = add_contacts(cells, clear, caster, known, _seeds(rooms, parts, body), passages)
     return _graph(cells, contacts, origin)
 
 

@@ -17,6 +17,8 @@ import numpy.typing as npt
 from belvedere.model.building import OpeningKind
 from belvedere.model.raycast import RayCaster
 from belvedere.walkthrough.cells import OUTSIDE, Cell, enclosed
+from belvedere.walkthrough.columns import Layers
+from belvedere.walkthrough.necks import DOOR_M
 
 F8 = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -35,7 +37,7 @@ LEAST_PATCH_M2, LEAST_SIDE_M = 0.08, 0.25
 MARGIN_M = 0.12
 """Rays that pass so close to a known portal pass through it."""
 
-__all__ = ["Contact", "add_contacts", "cell_at", "crossing", "facing"]
+__all__ = ["Contact", "Passages", "add_contacts", "cell_at", "crossing", "facing"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +52,49 @@ class Contact:
     """Another, or `OUTSIDE`."""
     kind: OpeningKind
     """Whether people walk through."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Passages:
+    """Steps that lead from one cell to another."""
+
+    points: F8
+    """(K, 3) where, on the floor, metres."""
+    cells: npt.NDArray[np.int32]
+    """(K, 2) from which cell to which, the smaller first."""
+    spacing: float
+    """Width of a step, metres."""
+
+    @classmethod
+    def of_layers(cls, layers: Layers, cell: npt.NDArray[np.int32]) -> Passages:
+        """From places on floors and the cell that each is in."""
+        points, pairs = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=np.int32)]
+        at = np.column_stack([layers.centers, layers.floor])
+        for d in (1, 3):
+            n = np.flatnonzero(layers.link[:, d] >= 0)
+            to = layers.link[n, d]
+            n, to = n[cell[n] != cell[to]], to[cell[n] != cell[to]]
+            points.append((at[n] + at[to]) / 2.0)
+            pairs.append(np.sort(np.stack([cell[n], cell[to]], axis=1), axis=1))
+        return cls(np.concatenate(points), np.concatenate(pairs), layers.grid.spacing)
+
+    def through(self, contact: Contact) -> bool:
+        """Whether steps over half a metre of width lead through a contact."""
+        pair = sorted((contact.first, contact.second))
+        mine = self.points[(self.cells == pair).all(axis=1)]
+        corners = contact.corners
+        u, v = corners[1] - corners[0], corners[3] - corners[0]
+        width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
+        u, v = u / width, v / height
+        normal = np.cross(u, v)
+        off = mine - corners[0]
+        s, t, far = off @ u, off @ v, np.abs(off @ normal)
+        near = (s > -0.05) & (s < width + 0.05)
+        if abs(normal[2]) > 0.5:
+            near &= (t > -0.05) & (t < height + 0.05)
+        else:
+            near &= (far < 0.4) & (t > -0.4) & (t < height - 1.5)
+        return bool(near.sum() * self.spacing >= 0.5)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +140,7 @@ def add_contacts(
     solid: RayCaster,
     known: list[Contact],
     seeds: list[F8],
+    passages: Passages,
 ) -> list[Contact]:
     """The known contacts and all others that rays find.
 
@@ -105,13 +151,44 @@ def add_contacts(
         known: portals there already; what passes through them is no news.
         seeds: for each cell (N, 3) points in its free space. A side that none of them sees is
             behind something, a sloping roof perhaps.
+        passages: where people step from cell to cell.
     """
     contacts = list(known)
     for index in range(len(cells)):
+        fresh: list[tuple[Contact, F8]] = []
         for side in _sides(cells[index]):
             for contact in _on_side(cells, index, side, clear, contacts, seeds[index]):
-                contacts.append(replace(contact, kind=_kind(contact, solid, side.out)))
+                _join(fresh, contact, side.out)
+        contacts += [replace(c, kind=_kind(c, solid, out, passages)) for c, out in fresh]
     return contacts
+
+
+def _join(fresh: list[tuple[Contact, F8]], contact: Contact, out: F8) -> None:
+    """Add a contact, as one with those it overlaps or touches in the same plane."""
+    u, v = contact.corners[1] - contact.corners[0], contact.corners[3] - contact.corners[0]
+    u, v = u / np.linalg.norm(u), v / np.linalg.norm(v)
+    apart = True
+    while apart:
+        apart = False
+        box = (contact.corners - contact.corners[0]) @ np.stack([u, v], axis=1)
+        for k, (other, way) in enumerate(fresh):
+            if (other.first, other.second) != (contact.first, contact.second) or way @ out < 0.99:
+                continue
+            off = other.corners - contact.corners[0]
+            near = off @ np.stack([u, v], axis=1)
+            gap = np.maximum(near.min(axis=0) - box.max(axis=0), box.min(axis=0) - near.max(axis=0))
+            if gap.max() > 0.12 or np.abs(off @ out).max() > 0.15:
+                continue
+            low = np.minimum(near.min(axis=0), box.min(axis=0))
+            high = np.maximum(near.max(axis=0), box.max(axis=0))
+            corners = contact.corners[0] + np.array(
+                [low, [high[0], low[1]], high, [low[0], high[1]]]
+            ) @ np.stack([u, v])
+            contact = replace(contact, corners=corners)
+            del fresh[k]
+            apart = True
+            break
+    fresh.append((contact, out))
 
 
 def _sides(cell: Cell) -> list[_Side]:
@@ -120,7 +197,7 @@ def _sides(cell: Cell) -> list[_Side]:
     height = cell.ceiling - cell.floor
     rows = max(int(height / STEP_M), 1)
     up = np.array([0.0, 0.0, 1.0])
-    for ring in cell.rings:
+    for ring in map(_bends, cell.rings):
         for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
             length = float(np.hypot(*(b - a)))
             if length < LEAST_SIDE_M:
@@ -140,6 +217,21 @@ def _sides(cell: Cell) -> list[_Side]:
         origin = np.array([*low, z])
         sides.append(_Side(origin, np.eye(3)[0], np.eye(3)[1], way * up, plan))
     return sides
+
+
+def _bends(ring: F8) -> F8:
+    """A ring without the corners at which it goes straight on."""
+    kept = list(ring)
+    k = 0
+    while k < len(kept) and len(kept) > 3:
+        way, on = kept[k] - kept[k - 1], kept[(k + 1) % len(kept)] - kept[k]
+        length = float(np.hypot(*way) * np.hypot(*on))
+        if length == 0.0 or (abs(way[0] * on[1] - way[1] * on[0]) < 0.002 * length and way @ on > 0):
+            del kept[k]
+            k = max(k - 1, 0)
+        else:
+            k += 1
+    return np.array(kept)
 
 
 def _on_side(
@@ -248,10 +340,11 @@ def _seen(clear: RayCaster, seeds: F8, points: F8) -> Mask:
 
 
 def _rectangle(side: _Side, box: tuple[slice, slice]) -> F8:
+    # one step wider all round: an edge lies anywhere between two rays
     rows, columns = box
-    a = side.origin + columns.start * STEP_M * side.u + rows.start * STEP_M * side.v
-    wide = (columns.stop - columns.start) * STEP_M * side.u
-    tall = (rows.stop - rows.start) * STEP_M * side.v
+    a = side.origin + STEP_M * ((columns.start - 1) * side.u + (rows.start - 1) * side.v)
+    wide = (columns.stop - columns.start + 2) * STEP_M * side.u
+    tall = (rows.stop - rows.start + 2) * STEP_M * side.v
     return np.array([a, a + wide, a + wide + tall, a + tall])
 
 
@@ -267,13 +360,15 @@ def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:
     return float(offsets[within].mean()) if len(within) else 0.1
 
 
-def _kind(contact: Contact, solid: RayCaster, out: F8) -> OpeningKind:
-    """What a patch is: can half a metre of it be passed by a body with a floor under its feet?"""
-    corners, outdoors = contact.corners, contact.second == OUTSIDE
+def _kind(
+    contact: Contact, solid: RayCaster, out: F8, passages: Passages
+) -> OpeningKind:
+    """What a patch is: is there somewhere a step through it, half a metre wide?"""
+    if contact.second != OUTSIDE:
+        return "opening" if passages.through(contact) else "window"
+    corners = contact.corners
     u, v = corners[1] - corners[0], corners[3] - corners[0]
-    if abs(out[2]) > 0.5:
-        return "window" if outdoors else "opening"
-    if np.linalg.norm(v) < 1.8:
+    if abs(out[2]) > 0.5 or np.linalg.norm(v) < 1.8:
         return "window"
     s = np.linspace(0.02, 0.98, max(int(np.linalg.norm(u) / 0.1), 2))
     foot = corners[0] + s[:, None] * u
@@ -281,16 +376,17 @@ def _kind(contact: Contact, solid: RayCaster, out: F8) -> OpeningKind:
     for high in (0.4, 0.7, 1.0, 1.4, 1.7):
         start = foot + [0.0, 0.0, high] - 0.25 * out
         passes &= ~solid.blocked(start, np.broadcast_to(out, start.shape), 0.5)
-    for shift in (-0.25,) if outdoors else (-0.25, 0.25):
-        start = foot + [0.0, 0.0, 0.4] + shift * out
-        passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.8)
+    # where the model ends at its walls there is no ground outside to look for
+    start = foot + [0.0, 0.0, 0.4] - 0.25 * out
+    passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.8)
     run = best = 0
     for free in passes:
         run = run + 1 if free else 0
         best = max(best, run)
-    if best * float(np.linalg.norm(u)) / len(s) < 0.5:
+    width = float(np.linalg.norm(u))
+    if best * width / len(s) < 0.5:
         return "window"
-    return "door" if outdoors else "opening"
+    return "door" if width <= DOOR_M else "opening"
 
 
 def facing(corners: F8, cell: Cell) -> F8:

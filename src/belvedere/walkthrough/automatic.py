@@ -290,7 +290,7 @@ def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
         mask = np.zeros(grid.nx * grid.ny, dtype=bool)
         mask[layers.column[own]] = True
         shape = ndimage.binary_closing(
-            np.pad(mask.reshape(grid.ny, grid.nx), 4), iterations=3
+            np.pad(mask.reshape(grid.ny, grid.nx), 4), np.ones((3, 3)), iterations=3
         )[4:-4, 4:-4]
         masks.append(np.asarray(ndimage.binary_fill_holes(shape), dtype=bool))
         raw.append(mask.reshape(grid.ny, grid.nx))
@@ -347,7 +347,7 @@ def _settle(
         core.append(own)
     grown: list[Mask] = []
     for a, mask in enumerate(core):
-        wide = np.asarray(ndimage.binary_dilation(mask), dtype=bool)
+        wide = np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3))), dtype=bool)
         for b in meet[a]:
             wide &= ~(core[b] & ~mask)
             if b < a:

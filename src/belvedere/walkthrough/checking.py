@@ -21,8 +21,8 @@ F8 = npt.NDArray[np.float64]
 
 SIDE_M = (0.03, 0.06, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """How far from a portal its cells are looked for."""
-SLACK_M = 0.3
-"""How far beyond its outline a cell's own walls may lie: niches, sills."""
+SLACK_M = 0.65
+"""How far beyond its outline a cell's own walls may lie: niches, behind fitted cupboards."""
 LEAK_WARNING, LEAK_ERROR = 1.0, 10.0
 """Percent of rays."""
 

@@ -7,26 +7,27 @@ a house in ten times as many polygons has the same light.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from belvedere.ground.checks import check_choice, check_integer
 from belvedere.model.building import Building
 from belvedere.model.furnishing import furnish
-from belvedere.model.house_plans import PLANS, POLYGONS
-from belvedere.model.light import LightMap, LightSettings, bake
+from belvedere.model.house_plans import PLANS, POLYGONS, TOURS
+from belvedere.model.house_walk import plan_walk, spread
+from belvedere.model.light import LightSettings, bake
 from belvedere.model.palette import add_house_materials, make_palette
 from belvedere.model.photograph import LitModel
 from belvedere.model.plan import build_shell
 from belvedere.model.raycast import RayCaster
 from belvedere.model.smooth import SmoothBuilder
+from belvedere.model.walk import Pose
 
 HouseKind = Literal["flat", "brooks", "haunted"]
 """A flat of two rooms; 19 rooms on one floor; seven rooms on two."""
-EYE_M = 1.6
-"""Height of the eye above the floor."""
 MOST_DETAIL = 20
 
 
@@ -40,6 +41,20 @@ class House(LitModel):
     """Which plan."""
     seed: int = 0
     """What textures and furniture were drawn from."""
+    way: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
+    """(N, 6) eye and target of the recorded walk, closely spaced."""
+
+    def walk_keyframes(self, count: int = 520) -> list[Pose]:
+        """(eye, target) poses at an even pace through most rooms, at eye height above the floor.
+
+        Raises:
+            InputError: count is not from 2 to 10000.
+        """
+        count = check_integer("walk_keyframes", "count", count, 2, 10_000)
+        return [
+            ((float(p[0]), float(p[1]), float(p[2])), (float(p[3]), float(p[4]), float(p[5])))
+            for p in spread(self.way, count)
+        ]
 
 
 def build_house(
@@ -78,12 +93,8 @@ def build_house(
     for k, room in enumerate(plan.rooms):
         lamps += furnish(b, m, plan, room, np.random.default_rng([seed, 2000 + k]))
     settings = LightSettings(lamps=tuple(lamps), rays=rays)
-    light = _light(b, settings, threads)
-    mesh, charts = b.refined(POLYGONS[kind] * detail)
-    return House(mesh, charts, light, plan.building(), kind, seed)
-
-
-def _light(b: SmoothBuilder, settings: LightSettings, threads: int | None) -> LightMap:
-    """The light, baked on the cage."""
     cage, charts = b.finish()
-    return bake(cage, charts, RayCaster(cage), settings, threads)
+    light = bake(cage, charts, RayCaster(cage), settings, threads)
+    way = plan_walk(plan, cage, TOURS[kind])
+    mesh, charts = b.refined(POLYGONS[kind] * detail)
+    return House(mesh, charts, light, plan.building(), kind, seed, way)

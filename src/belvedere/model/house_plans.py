@@ -7,7 +7,8 @@ from belvedere.model.plan import Door, HousePlan, RoomPlan, Stair, Window
 _FINISHES: dict[str, tuple[str, str, float]] = {
     "living": ("cream_wall", "planks", 0.5), "library": ("green_wall", "planks", 0.5),
     "dining": ("rose_wall", "planks", 0.5), "kitchen": ("sage_wall", "tiles", 1.0),
-    "bedroom": ("blue_wall", "planks", 0.5), "guest": ("cream_wall", "planks", 0.5),
+    "bedroom": ("blue_wall", "planks", 0.5), "chamber": ("ochre_wall", "planks", 0.5),
+    "guest": ("cream_wall", "planks", 0.5),
     "bath": ("bath_wall", "checker", 0.8), "study": ("green_wall", "planks", 0.5),
     "music": ("ochre_wall", "planks", 0.5), "nursery": ("yellow_wall", "planks", 0.5),
     "store": ("white_wall", "tiles", 1.0), "dressing": ("rose_wall", "planks", 0.5),
@@ -45,7 +46,7 @@ def _flat_plan() -> HousePlan:
 
 
 def _brooks_plan() -> HousePlan:
-    """Nineteen rooms on one floor, along a passage; 26 doors and openings, 26 windows.
+    """Nineteen rooms on one floor, along a passage; 28 doors and openings, 24 windows.
 
     y=12.4 +--------+-----+-------+----------+--------+--------+-----+-------+
            | bed 1  |bath |bed 2  | music    | study  |nursery |bath | guest |
@@ -90,7 +91,6 @@ def _brooks_plan() -> HousePlan:
         Door(("living room", "west passage"), 4.4),
         Door(("library", "west passage"), 9.0),
         Door(("west passage", "dressing room"), 6.2),
-        Door(("living room", "dressing room"), 1.5),
         Door(("dressing room", "first bedroom"), 1.6),
         Door(("west passage", "first bedroom"), 3.9, 0.86),
         Door(("west passage", "first bathroom"), 6.1, 0.86),
@@ -104,6 +104,9 @@ def _brooks_plan() -> HousePlan:
         Door(("laundry", "conservatory"), 27.2),
         Door(("laundry", "guest room"), 27.6),
         Door(("music room", "study"), 9.0),
+        Door(("first bathroom", "second bedroom"), 8.4),
+        Door(("nursery", "second bathroom"), 10.8, 0.86),
+        Door(("second bathroom", "guest room"), 8.4, 0.86),
     )
     windows = (
         Window("living room", "south", 1.9, 1.8),
@@ -116,12 +119,10 @@ def _brooks_plan() -> HousePlan:
         Window("dining room", "south", 18.7, 1.3),
         Window("kitchen", "south", 21.6, 1.5, 1.0),
         Window("kitchen", "south", 23.9, 1.5, 1.0),
-        Window("conservatory", "south", 26.3, 1.6, 0.45, 2.4, (3, 4)),
-        Window("conservatory", "south", 28.0, 1.4, 0.45, 2.4, (3, 4)),
+        Window("conservatory", "south", 27.1, 2.8, 0.45, 2.4, (6, 4)),
         Window("conservatory", "east", 2.6, 3.2, 0.45, 2.4, (6, 4)),
         Window("dressing room", "west", 6.2, 0.9, 1.0),
         Window("laundry", "east", 6.2, 0.9, 1.0),
-        Window("first bedroom", "west", 9.8, 1.6),
         Window("first bedroom", "north", 2.4, 1.6),
         Window("first bathroom", "north", 6.1, 0.9, 1.2, 2.2, (2, 2)),
         Window("second bedroom", "north", 9.3, 1.6),
@@ -139,8 +140,7 @@ def _brooks_plan() -> HousePlan:
 
 
 def _haunted_plan() -> HousePlan:
-    """Seven rooms on two floors: six doors and openings, one of them the well of the stair, and
-    six windows.
+    """Seven rooms on two floors: seven ways, one of them the well of the stair, and five windows.
 
     y=9.2 +------------------+----------+     +------------------+----------+
           | hall   <- stair  | kitchen  |     | landing    well  | study    |
@@ -155,21 +155,21 @@ def _haunted_plan() -> HousePlan:
         RoomPlan("dining room", "dining", (6.6, 0.0, 11.6, 4.6)),
         RoomPlan("kitchen", "kitchen", (6.6, 4.6, 11.6, 9.2)),
         RoomPlan("landing", "landing", (0.0, 4.6, 6.6, 9.2), 1),
-        RoomPlan("bedroom", "bedroom", (0.0, 0.0, 11.6, 4.6), 1),
+        RoomPlan("bedroom", "chamber", (0.0, 0.0, 11.6, 4.6), 1),
         RoomPlan("study", "study", (6.6, 4.6, 11.6, 9.2), 1),
     )
     doors = (
         Door(("hall", "parlour"), 3.0, 1.5, WIDE, "opening"),
         Door(("parlour", "dining room"), 2.4, 1.3, WIDE, "opening"),
-        Door(("hall", "kitchen"), 6.0),
-        Door(("landing", "bedroom"), 3.0),
+        Door(("dining room", "kitchen"), 9.4),
+        Door(("landing", "bedroom"), 2.0),
         Door(("landing", "study"), 6.0),
+        Door(("study", "bedroom"), 9.4),
     )
     windows = (
         Window("parlour", "south", 3.3, 2.2, panes=(3, 3)),
         Window("dining room", "south", 9.1, 1.9),
         Window("kitchen", "east", 6.9, 1.6, 1.0),
-        Window("landing", "west", 6.6, 1.4),
         Window("bedroom", "south", 5.8, 2.4, panes=(4, 3)),
         Window("study", "east", 6.9, 1.6),
     )
@@ -189,12 +189,10 @@ PLANS = {"flat": _flat_plan, "brooks": _brooks_plan, "haunted": _haunted_plan}
 POLYGONS = {"flat": 80_000, "brooks": 528_000, "haunted": 214_000}
 """Polygons of each kind at detail 1."""
 TOURS: dict[str, tuple[str, ...]] = {
-    "flat": ("living room", "bedroom", "living room"),
-    "haunted": ("dining room", "parlour", "hall", "kitchen", "hall", "landing", "study", "landing",
-                "bedroom"),
-    "brooks": ("living room", "dressing room", "first bedroom", "west passage", "second bedroom",
-               "west passage", "library", "entrance", "inner hall", "music room", "study",
-               "east passage", "nursery", "east passage", "dining room", "kitchen", "conservatory",
-               "laundry", "guest room"),
+    "flat": ("living room", "bedroom"),
+    "haunted": ("kitchen", "dining room", "parlour", "hall", "landing", "study", "bedroom"),
+    "brooks": ("living room", "library", "entrance", "inner hall", "music room", "study",
+               "east passage", "nursery", "second bathroom", "guest room", "laundry",
+               "conservatory", "kitchen", "dining room"),
 }  # fmt: skip
-"""Rooms in the order in which the recorded walk visits them."""
+"""Rooms in the order in which the recorded walk visits them, through no door twice."""

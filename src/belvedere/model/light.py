@@ -17,6 +17,7 @@ from belvedere.ground.threads import run_parallel
 from belvedere.model.charts import Charts
 from belvedere.model.lattice import (
     Lattice,
+    blended,
     in_cutouts,
     lattice_points,
     make_lattice,
@@ -135,12 +136,18 @@ def bake(
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
-    light = smoothed(lattice, valid, direct[copies])
+    joined = None if charts.joined is None else charts.joined[chart]
+
+    def settled(seen: F4) -> F4:
+        smooth = smoothed(lattice, valid, seen[copies])
+        return smooth if joined is None else blended(smooth, copies, joined)
+
+    light = settled(direct)
     for _ in range(settings.bounces):
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
-        light = smoothed(lattice, valid, total[copies])
+        light = settled(total)
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
 
 

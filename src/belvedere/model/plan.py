@@ -238,7 +238,7 @@ class HousePlan:
 
 
 def _wall_at(room: RoomPlan, side: Side) -> float:
-    """y (north, south) or x (east, west) of a wall's inner face."""
+    """Coordinate of a wall's inner face: y (north, south) or x (east, west)."""
     x0, y0, x1, y1 = room.rect
     return {"north": y1, "south": y0, "east": x1, "west": x0}[side]
 

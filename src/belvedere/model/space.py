@@ -20,6 +20,8 @@ SQUARE = 0.05
 """Metres."""
 BODY = 0.38
 """Half the width that a walker needs, metres: a little more than half of 0.7."""
+REACHED = 0.7
+"""Share of the floor on which a walker fits that the doors lead to."""
 DOOR_DEPTH = 0.85
 """In front of a door nothing stands this near."""
 YAW: dict[Side, float] = {"north": 0.0, "west": 90.0, "south": 180.0, "east": -90.0}
@@ -180,6 +182,10 @@ class Space:
                 return Spot(x, y, YAW[side], side)
         return None
 
+    def cover(self, side: Side, low: float, high: float) -> None:
+        """Nothing more hangs on this part of a wall, and nothing tall stands before it."""
+        self._tall[side].append((low, high))
+
     def take_under_window(self, side: Side, low: float, high: float, depth: float) -> bool:
         """Take the floor under a window for a radiator or curtains, if it is free."""
         area = self._off(side, low, high, depth)
@@ -209,7 +215,7 @@ class Space:
         }[side]
 
     def _squares(self, area: Rect) -> tuple[slice, slice]:
-        x0, y0, x1, y1 = self.rect
+        x0, y0 = self.rect[:2]
         low = np.floor((np.array([area[0] - x0, area[1] - y0]) + 1e-6) / SQUARE).astype(int)
         high = np.ceil((np.array([area[2] - x0, area[3] - y0]) - 1e-6) / SQUARE).astype(int)
         low = np.maximum(low, 0)
@@ -231,11 +237,9 @@ class Space:
         return self._passable(trial)
 
     def _passable(self, taken: npt.NDArray[np.bool_]) -> bool:
-        """Whether a walker gets from every door to every other."""
+        """Whether a walker gets from every door to every other, and to most of the free floor."""
         from scipy import ndimage
 
-        if len(self._doors) == 0:
-            return True
         far = ndimage.distance_transform_edt(np.pad(~taken, 1))
         label, _ = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
         x0, y0, _, _ = self.rect
@@ -245,7 +249,10 @@ class Space:
             j = min(max(int((y - y0) / SQUARE), 0), self._shape[1] - 1)
             near = label[max(i - 3, 0) : i + 4, max(j - 3, 0) : j + 4]
             found.add(int(near.max()))
-        return len(found) == 1 and 0 not in found
+        if len(found) != 1 or 0 in found:
+            return False
+        own = np.count_nonzero(label == found.pop())
+        return own >= REACHED * np.count_nonzero(label)
 
 
 def _middle(area: Rect) -> tuple[float, float]:

@@ -62,7 +62,7 @@ def build_house(
     seed: int = 0,
     detail: int = 1,
     *,
-    rays: int = 128,
+    rays: int = 192,
     threads: int | None = None,
 ) -> House:
     """Build, furnish and light a house; the same bytes for any number of threads.

@@ -80,7 +80,7 @@ def prepare(
             min=1,
             max=1000,
             rich_help_panel=REFERENCES,
-            help="Pictures for each portal, shared between its two sides.",
+            help="Pictures on each side of a door or opening between two rooms.",
         ),
     ] = 6,
     texels: Annotated[

@@ -9,7 +9,7 @@ from belvedere.model.building import Building, Opening, Room
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.model_scene import ModelScene
-from belvedere.model.photograph import LitModel, photograph
+from belvedere.model.photograph import LitModel, photograph, photograph_pixels
 from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
 
@@ -30,4 +30,5 @@ __all__ = [
     "bake",
     "build_interior",
     "photograph",
+    "photograph_pixels",
 ]

@@ -103,9 +103,7 @@ def find_cells(
 
 def _moved(mesh: Mesh, origin: F8) -> Mesh:
     """The mesh near the origin, where float32 is fine enough for Embree."""
-    return Mesh(
-        mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials
-    )
+    return Mesh(mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
 
 
 def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
@@ -133,8 +131,7 @@ def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
     best: list[Neck] = []
     for neck in sorted(found, key=lambda n: (not n.lintel, round(n.width, 2), n.floor)):
         if all(
-            np.hypot(*(neck.center - other.center)) > 0.5
-            or abs(neck.floor - other.floor) > 0.6
+            np.hypot(*(neck.center - other.center)) > 0.5 or abs(neck.floor - other.floor) > 0.6
             for other in best
         ):
             best.append(neck)
@@ -171,11 +168,14 @@ def _cut(rooms: RoomLayer, necks: list[Neck]) -> _Parts:
         bad = [
             k
             for k in live
-            if _same(label, sides[k]) or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
+            if _same(label, sides[k])
+            or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
         ]
         if not bad:
             break
-        smallest = min(bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width))
+        smallest = min(
+            bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width)
+        )
         live.remove(smallest)
     cut, stairs = _split_stairs(layers, flights, cut)
     label, count = layers.label(cut)
@@ -260,7 +260,9 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
         below = label == lower
         tall = below & (layers.ceiling > layers.floor[high] + 1.0)
         least = min(below.sum(), (label == upper).sum())
-        gallery = tall.sum() > 0.25 * least and not _lies_over_others(layers, label, flight, high, low)
+        gallery = tall.sum() > 0.25 * least and not _lies_over_others(
+            layers, label, flight, high, low
+        )
         if upper == lower or gallery:
             continue
         marked = np.zeros(len(stair), dtype=bool)
@@ -334,7 +336,8 @@ def _settle(
 
     count = len(masks)
     meet = [
-        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])] for a in range(count)
+        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])]
+        for a in range(count)
     ]
     core = []
     for a, mask in enumerate(masks):

@@ -26,7 +26,7 @@ F8 = npt.NDArray[np.float64]
 
 ANGLES, RADII = 9, (0.75, 1.25, 2.0, 3.2)
 """Candidates: on arcs of these radii, metres, at so many angles each."""
-ARC_DEG = 120.0
+ARC_DEG = 140.0
 """From the first to the last candidate, seen from the portal's middle."""
 LIFT = 1e-3
 """Metres by which shadow rays start off the surface."""
@@ -53,6 +53,13 @@ class Holes:
     """(C, E, N): candidate sees the visitor's n-th point."""
     center: F8
     """(3,) the portal's middle."""
+    weight: F8
+    """(E,) the portal's solid angle for each visitor, as a share of the sum: its part of what all
+    visitors see."""
+
+    def mean(self, chosen: list[int], used: int = 2) -> float:
+        """Share of holes in what all visitors see through the portal."""
+        return float(self.share(chosen, used) @ self.weight)
 
     def share(self, chosen: list[int], used: int = 2) -> npt.NDArray[np.float64]:
         """(E,) share of holes for each visitor, with the ``used`` nearest of the chosen ones."""
@@ -118,7 +125,7 @@ def place_references(
         cell: the visitors'.
         options: height of eyes, and the arc.
         count: references at most.
-        bound: mean share of holes at which fewer are enough.
+        bound: share of holes at which fewer are enough.
         switch: where geometry takes over from pictures.
         threads: how many to use; None for as many as there are processors.
     """
@@ -166,7 +173,9 @@ def measure_holes(
         points -= LIFT * along[at] / np.linalg.norm(along[at], axis=1, keepdims=True)
         for c, eye in enumerate(candidates):
             seen[c, e, at] = _sees_through(caster, side, eye, points, threads)
-    return Holes(candidates, visitors, seen, side.portal.center)
+    arms = visitors - side.portal.center
+    angle = np.abs(arms @ side.normal) / np.linalg.norm(arms, axis=1) ** 3
+    return Holes(candidates, visitors, seen, side.portal.center, angle / max(angle.sum(), 1e-12))
 
 
 def _sees_through(
@@ -196,12 +205,12 @@ def choose_eyes(
 
     Args:
         holes: from `measure_holes`.
-        bound: mean share of holes, over all visitors, that is good enough.
+        bound: share of holes, in what all visitors see, that is good enough.
         budget: references at most.
         used: how many of them a frame warps.
 
     Returns:
-        Indices of candidates in the order they were added, and the mean share of holes after each.
+        Indices of candidates in the order they were added, and the share of holes after each.
 
     Raises:
         InputError: a bound outside [0, 1] or a budget below 1.
@@ -212,7 +221,7 @@ def choose_eyes(
     left: list[float] = []
     while len(chosen) < min(budget, len(holes.candidates)) and (not left or left[-1] > bound):
         rest = [k for k in range(len(holes.candidates)) if k not in chosen]
-        means = [float(holes.share([*chosen, k], used).mean()) for k in rest]
+        means = [holes.mean([*chosen, k], used) for k in rest]
         best = int(np.argmin(means))
         if left and means[best] >= left[-1]:
             break

@@ -222,8 +222,8 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
     """Find cells and portals, check them, draw the plan, and lay a walk through them."""
     from belvedere.model import Building
     from belvedere.walkthrough.automatic import find_cells
-    from belvedere.walkthrough.cells_file import load_graph, save_graph
     from belvedere.walkthrough.checking import check_cells
+    from belvedere.walkthrough.graph_file import load_graph, save_graph
     from belvedere.walkthrough.plan import save_plan
     from belvedere.walkthrough.stated import cells_of_building
 
@@ -246,7 +246,7 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
     findings = check_cells(graph, mesh)
     save_plan(here / "plan", graph, mesh)
     write_json(here / "findings.json", {"findings": [str(f) for f in findings]})
-    save_graph(here / "cells.json", graph)
+    save_graph(graph, here / "cells.json")
 
 
 def make_references(
@@ -264,15 +264,13 @@ def make_references(
     sides = sides_of(graph.portals[portal], graph.cells)
     side = next(s for s in sides if s.cell == cell)
     place = options.references
-    # what does not divide goes to the first side
-    which = [s.cell for s in sides].index(cell)
-    count = max(1, place.count // len(sides) + (which < place.count % len(sides)))
     if options.placement == "arc":
-        eyes = semicircle_eyes(side, place, count)
+        eyes = semicircle_eyes(side, place)
     else:
         eyes = place_references(
-            model.caster, side, graph.cells[cell], place, count, options.bound, threads=threads
-        )
+            model.caster, side, graph.cells[cell], place, place.count, options.bound,
+            threads=threads,
+        )  # fmt: skip
     views = [take_reference(model, side, eye, place, threads) for eye in eyes]
     save_views(ViewSet.of(views), target, force=True)
     return len(views)
@@ -287,7 +285,7 @@ def _lit(folder: str) -> Any:
 
 @lru_cache(maxsize=1)
 def _graph_of(folder: str, changed: int) -> CellGraph:
-    from belvedere.walkthrough.cells_file import load_graph
+    from belvedere.walkthrough.graph_file import load_graph
 
     del changed
     return load_graph(Path(folder) / "cells.json")

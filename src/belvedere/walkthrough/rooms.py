@@ -137,7 +137,9 @@ def _extreme(layers: Layers, value: F8, rounds: int, sign: float) -> F8:
 def _stairs(layers: Layers) -> Mask:
     """Places where the floor keeps rising: at least two steps within 35 cm either way."""
     rounds = max(round(0.35 / layers.grid.spacing), 1)
-    rise = _extreme(layers, layers.floor, rounds, 1.0) - _extreme(layers, layers.floor, rounds, -1.0)
+    rise = _extreme(layers, layers.floor, rounds, 1.0) - _extreme(
+        layers, layers.floor, rounds, -1.0
+    )
     steep = rise >= 0.3
     cut = (layers.link >= 0) & (steep[:, None] != steep[layers.link])
     label, count = layers.label(cut)
@@ -146,11 +148,7 @@ def _stairs(layers: Layers) -> Mask:
     np.minimum.at(low, label, layers.floor)
     flight = steep & (high - low >= 1.2)[label]
     # the landings at both ends are floor, not stair
-    return (
-        flight
-        & (layers.floor > low[label] + 0.05)
-        & (layers.floor < high[label] - 0.05)
-    )
+    return flight & (layers.floor > low[label] + 0.05) & (layers.floor < high[label] - 0.05)
 
 
 def soffits(layers: Layers) -> Mask:

@@ -115,7 +115,7 @@ class GltfFile:
             if name in view.get("extensions", {}) and view["extensions"][name].get("buffer") == (
                 view.get("buffer")
             ):
-                raise self._compressed(name)
+                raise self.compressed(name)
         buffer = self._buffer(view.get("buffer"), here)
         first = self._whole(view, "byteOffset", here, 0, 0)
         size = self._whole(view, "byteLength", here, 0)
@@ -205,14 +205,15 @@ class GltfFile:
         required = self.json.get("extensionsRequired", [])
         for name in required if isinstance(required, list) else []:
             if name in COMPRESSED:
-                raise self._compressed(name)
+                raise self.compressed(name)
             if name not in READ_EXTENSIONS:
                 raise FileFormatError(
                     f"{self.path}: requires the extension {name!r}, which is not read: export it "
                     "without"
                 )
 
-    def _compressed(self, name: str) -> FileFormatError:
+    def compressed(self, name: str) -> FileFormatError:
+        """The error for a file that cannot be read without decompressing it."""
         return FileFormatError(
             f"{self.path}: is compressed by {COMPRESSED[name]} ({name}), which is not read: export "
             "it without compression (gltf-transform copy, or Blender's exporter with Compression "

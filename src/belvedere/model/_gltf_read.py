@@ -105,8 +105,8 @@ class _Reader:
                 self.report.note("cameras: not read")
             if "KHR_lights_punctual" in node.get("extensions", {}):
                 self.report.note("lights: not read")
-            for child in reversed(node.get("children", [])):
-                stack.append((child, matrix, f"nodes[{index}].children"))
+            here = f"nodes[{index}].children"
+            stack.extend((child, matrix, here) for child in reversed(node.get("children", [])))
 
     def _matrix(self, node: dict[str, Any], where: str) -> F8:
         """(4, 4) parent from node."""
@@ -193,7 +193,7 @@ class _Reader:
                 "accessors", primitive["attributes"].get("POSITION"), f"{where}.POSITION"
             )
             if "bufferView" not in accessor:
-                raise self.file._compressed("KHR_draco_mesh_compression")
+                raise self.file.compressed("KHR_draco_mesh_compression")
         if primitive.get("targets"):
             self.report.note("morph targets: not applied")
         mode = primitive.get("mode", TRIANGLES)

@@ -17,8 +17,9 @@ from belvedere.scene.mesh import Material
 
 CLEAR = 0.5
 """Materials less opaque than this are left out, so that windows can be looked through."""
-_OPTION_WORDS = {"-blendu": 1, "-blendv": 1, "-cc": 1, "-clamp": 1, "-texres": 1, "-imfchan": 1,
-                 "-bm": 1, "-boost": 1, "-type": 1, "-mm": 2, "-o": 3, "-s": 3, "-t": 3}  # fmt: skip
+_OPTION_WORDS = {"-blendu": 1, "-blendv": 1, "-cc": 1, "-clamp": 1, "-texres": 1,
+                 "-imfchan": 1, "-bm": 1, "-boost": 1, "-type": 1, "-mm": 2, "-o": 3, "-s": 3,
+                 "-t": 3}  # fmt: skip
 _QUIET = {"newmtl", "kd", "ke", "d", "tr", "map_kd", "ka", "ks", "ns", "ni", "illum", "tf",
           "map_ke"}  # fmt: skip
 

@@ -116,7 +116,7 @@ class _Reader:
         uv = np.zeros((len(faces), 3, 2), np.float32)
         if len(uv_values):
             at = corners[faces, 1]
-            uv = np.where((at >= 0)[..., None], uv_values[at], 0.0).astype(np.float32)
+            uv = np.where(np.expand_dims(at >= 0, 2), uv_values[at], 0.0).astype(np.float32)
         if self.normals:
             self.report.note("vertex normals: not kept, faces are shaded as they lie")
         materials = [self.files.get(name) for name in self.materials]

@@ -116,11 +116,11 @@ def _covers(triangles: F8, point: F8) -> npt.NDArray[np.bool_]:
     flat = triangles[:, :, :2] - point[:2]
     after = np.roll(flat, -1, axis=1)
     side = flat[..., 0] * after[..., 1] - flat[..., 1] * after[..., 0]
-    return (side >= 0.0).all(axis=1) | (side <= 0.0).all(axis=1)
+    return np.asarray((side >= 0.0).all(axis=1) | (side <= 0.0).all(axis=1))
 
 
 def _planarity(vertices: F8, faces: I8, axis: int) -> float:
-    """Root of the sum of squared areas of the planes across an axis: few large planes count most."""
+    """Root of the summed squared areas of the planes across an axis: large planes count most."""
     corners = vertices[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)

@@ -28,7 +28,7 @@ Doors = Literal["open", "closed"]
 MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".ifc")
 """File names that `read_model` reads."""
 FAR_M = 2000.0
-"""Coordinates beyond this are recentred: float32, which rays are cast in, has 0.2 mm steps there."""
+"""Coordinates beyond this are recentred: float32, for casting rays, has 0.2 mm steps there."""
 SIDE_FILE = ".building.json"
 _TURNS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 """Which axis of the file becomes x, y and z: always a rotation, never a mirror."""

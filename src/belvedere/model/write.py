@@ -83,7 +83,8 @@ def write_glb(
 
 class _Writer:
     def __init__(self, mesh: Mesh, pictures: Pictures) -> None:
-        self.mesh, self.pictures = mesh, pictures
+        self.mesh = mesh
+        self.pictures: Pictures = pictures
         self.lost: list[str] = []
         self.chunks: list[bytes] = []
         self.size = 0

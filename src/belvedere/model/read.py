@@ -30,8 +30,12 @@ MODEL_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".ifc")
 FAR_M = 2000.0
 """Coordinates beyond this are recentred: float32, for casting rays, has 0.2 mm steps there."""
 SIDE_FILE = ".building.json"
-_TURNS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
-"""Which axis of the file becomes x, y and z: always a rotation, never a mirror."""
+_TURNS: dict[str, list[list[int]]] = {
+    "x": [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+    "y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],  # glTF: its -z is our +y
+    "z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+}
+"""World from file for each axis that points up there: rotations, never mirrors."""
 
 __all__ = ["MODEL_SUFFIXES", "read_model"]
 
@@ -158,7 +162,8 @@ def _convert(
         axis = guess_up(triangles.vertices, triangles.faces)
         guessed.append("up")
         report.note(f"up axis: taken as {axis} by its largest level faces; if wrong, pass up=")
-    triangles.vertices = triangles.vertices[:, _TURNS[axis]]
+    if axis != "z":
+        triangles.vertices = triangles.vertices @ np.array(_TURNS[axis], np.float64).T
     if stated is not None:
         words, factor = f"{stated:g} m per unit, as asked for", stated
     elif known is not None:

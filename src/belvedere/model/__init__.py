@@ -6,23 +6,29 @@ hemisphere after Goral et al. 1984.
 """
 
 from belvedere.model.building import Building, Opening, Room
+from belvedere.model.imported import ImportedModel, ModelSource
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.model_scene import ModelScene
 from belvedere.model.photograph import LitModel, photograph, photograph_pixels
 from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
+from belvedere.model.read import MODEL_SUFFIXES, read_model
+from belvedere.model.write import write_glb
 
 __all__ = [
+    "MODEL_SUFFIXES",
     "Building",
     "DrawList",
     "Hits",
+    "ImportedModel",
     "Interior",
     "Lamp",
     "LightMap",
     "LightSettings",
     "LitModel",
     "ModelScene",
+    "ModelSource",
     "Opening",
     "Rasterizer",
     "RayCaster",
@@ -31,4 +37,6 @@ __all__ = [
     "build_interior",
     "photograph",
     "photograph_pixels",
+    "read_model",
+    "write_glb",
 ]

@@ -9,6 +9,8 @@ from belvedere.model.building import Building, Opening, Room
 from belvedere.model.imported import ImportedModel, ModelSource
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
+from belvedere.model.lighting import light_model, room_lamps
+from belvedere.model.lit_file import load_lit_model, save_lit_model
 from belvedere.model.model_scene import ModelScene
 from belvedere.model.photograph import LitModel, photograph, photograph_pixels
 from belvedere.model.rasterize import DrawList, Rasterizer
@@ -35,8 +37,12 @@ __all__ = [
     "Room",
     "bake",
     "build_interior",
+    "light_model",
+    "load_lit_model",
     "photograph",
     "photograph_pixels",
     "read_model",
+    "room_lamps",
+    "save_lit_model",
     "write_glb",
 ]

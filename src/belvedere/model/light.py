@@ -7,6 +7,7 @@ meet is kept, so that each further bounce is one pass over those links instead o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,12 +21,14 @@ from belvedere.model.lattice import (
     in_cutouts,
     lattice_points,
     make_lattice,
+    settled,
     shared_points,
     smoothed,
 )
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 
+Progress = Callable[[int, int, str], None]
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
@@ -36,8 +39,15 @@ POINTS = 256
 """Lattice points per piece of work."""
 BROAD = 4
 """Charts with more lattice points than this along both sides are walls, floors, table tops."""
+WHAT = "lighting"
+"""The stage that progress tells of."""
 INSIDE = 0.25
 """A point that sees this share of back faces lies inside something solid."""
+
+
+def silent(done: int, total: int, what: str, /) -> None:
+    """The listener nobody listens to."""
+    del done, total, what
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +78,9 @@ class LightSettings:
     """How much more light the sky gives than it shows: a photographer would expose it so."""
     lamps: tuple[Lamp, ...] = ()
     """The lamps."""
+    emissive: bool = False
+    """Whether glowing materials light what is round them; the lamps of the built-in interior have
+    glowing shades, and their light is counted already."""
     rays: int = 192
     """Rays gathered per lattice point of walls and floors; small things get a quarter."""
     bounces: int = 4
@@ -100,6 +113,7 @@ def bake(
     caster: RayCaster,
     settings: LightSettings,
     threads: int | None = None,
+    progress: Progress = silent,
 ) -> LightMap:
     """Light the charts of a mesh; the same for any number of threads.
 
@@ -109,26 +123,33 @@ def bake(
         caster: of that mesh.
         settings: what shines.
         threads: how many to use; None for as many as there are processors.
+        progress: called as ``progress(done, total, what)``.
     """
+    stages = 3 + settings.bounces
+    progress(0, stages, WHAT)
     sun_lattice = make_lattice(charts, settings.sun_spacing, 1 << 12, _faces_sun(charts, settings))
     sun = _bake_sun(charts, caster, sun_lattice, settings, threads)
     lattice = make_lattice(charts, settings.soft_spacing, 64)
     every_point, every_normal, chart = lattice_points(charts, lattice)
     one, copies = shared_points(every_point, every_normal)
     points, normals = every_point[one], every_normal[one]
+    progress(1, stages, WHAT)
     ns = lattice.shape[chart, 0]
     place = np.arange(len(chart)) - lattice.first[chart]
     pattern = ((place % ns) % 3 + 3 * ((place // ns) % 3)).astype(np.int32)
     surface = _Surface(
         charts, chart_albedo(mesh, charts), lattice, sun_lattice, sun,
-        np.asarray(settings.sun_color, dtype=np.float32),
+        np.asarray(settings.sun_color, dtype=np.float32), _emission(mesh, charts, settings),
+        np.zeros(len(charts.material), bool) if charts.two_sided is None else charts.two_sided,
     )  # fmt: skip
+    wanted = np.ones(len(chart), bool) if charts.covered else settled(charts, lattice)[2]
     broad = lattice.shape.min(axis=1)[chart[one]] > BROAD
     direct = _lamp_light(points, normals, pattern[one], caster, settings.lamps, threads)
-    back = np.empty(len(points), dtype=np.float32)
+    progress(2, stages, WHAT)
+    back = np.ones(len(points), dtype=np.float32)
     groups = []
     for member, rays in ((broad, settings.rays), (~broad, max(settings.rays // 4, 1))):
-        which = np.flatnonzero(member)
+        which = np.flatnonzero(member & wanted[one])
         rays_of = _Rays(points[which], normals[which], pattern[one][which], rays)
         link, at_once, seen_back = _gather(surface, caster, rays_of, settings.sky_gain, threads)
         direct[which] += at_once
@@ -136,11 +157,13 @@ def bake(
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
     light = smoothed(lattice, valid, direct[copies])
-    for _ in range(settings.bounces):
+    for done in range(settings.bounces):
+        progress(3 + done, stages, WHAT)
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
         light = smoothed(lattice, valid, total[copies])
+    progress(stages, stages, WHAT)
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
 
 
@@ -154,6 +177,8 @@ class _Surface:
     sun_lattice: Lattice
     sun: F4
     sun_color: F4
+    emission: F4
+    two_sided: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,9 +219,9 @@ def _gather(
         hit = caster.cast_piece(origins, directions)
         _light_kernels.gather_hits(
             hit["primID"], hit["u"], hit["v"], directions, charts.of_face, charts.st, front,
-            surface.albedo, soft.first, soft.shape, fine.first, fine.shape, surface.sun,
-            surface.sun_color, sky_gain, count, link[first * count : part.stop * count],
-            at_once[part], back[part],
+            surface.albedo, surface.emission, surface.two_sided, soft.first, soft.shape,
+            fine.first, fine.shape, surface.sun, surface.sun_color, sky_gain, count,
+            link[first * count : part.stop * count], at_once[part], back[part],
         )  # fmt: skip
 
     run_parallel(piece, range(0, total, POINTS), threads)
@@ -227,7 +252,19 @@ def chart_albedo(mesh: Mesh, charts: Charts) -> F4:
         * (1.0 if m.texture is None else color_to_linear(m.texture).mean(axis=(0, 1)))
         for m in mesh.materials
     ]
-    return np.asarray(mean, dtype=np.float32)[charts.material]
+    albedo = np.asarray(mean, dtype=np.float32)[charts.material]
+    if mesh.colors is not None:
+        count = np.maximum(np.bincount(charts.of_face, minlength=len(albedo)), 1)
+        for c in range(3):
+            total = np.bincount(charts.of_face, mesh.colors[..., c].mean(axis=1), len(albedo))
+            albedo[:, c] *= total / count
+    return albedo
+
+
+def _emission(mesh: Mesh, charts: Charts, settings: LightSettings) -> F4:
+    """(K, 3) what each chart gives off into the room."""
+    glow = np.array([m.emission for m in mesh.materials], dtype=np.float32).reshape(-1, 3)
+    return glow[charts.material] if settings.emissive else np.zeros_like(glow[charts.material])
 
 
 def _to_sun(settings: LightSettings) -> F8:

@@ -268,7 +268,7 @@ def _on_side(
                 continue
             within = label[rows[mine], columns[mine]] == k + 1
             gap = float(np.median(apart[beyond == other][within]))
-            corners = _rectangle(side, box)
+            corners = _rectangle(side, box, 0.05 if other == OUTSIDE else 0.15)
             if other == OUTSIDE:
                 gap = 2.0 * _jamb_middle(clear, corners, side.out)
             corners = corners + side.out * min(gap, WALL_M) / 2.0
@@ -339,13 +339,18 @@ def _seen(clear: RayCaster, seeds: F8, points: F8) -> Mask:
     return seen
 
 
-def _rectangle(side: _Side, box: tuple[slice, slice]) -> F8:
-    # one step wider all round: an edge lies anywhere between two rays
+def _rectangle(side: _Side, box: tuple[slice, slice], corner: float) -> F8:
+    """A patch's rectangle, a step wider all round: an edge lies anywhere between two rays.
+
+    Where it reaches an end of its side it goes on by ``corner`` metres: outlines cut corners.
+    """
     rows, columns = box
-    a = side.origin + STEP_M * ((columns.start - 1) * side.u + (rows.start - 1) * side.v)
-    wide = (columns.stop - columns.start + 2) * STEP_M * side.u
-    tall = (rows.stop - rows.start + 2) * STEP_M * side.v
-    return np.array([a, a + wide, a + wide + tall, a + tall])
+    left = columns.start * STEP_M - (corner if columns.start == 0 else STEP_M)
+    at_end = columns.stop == side.inside.shape[1]
+    right = columns.stop * STEP_M + (corner if at_end else STEP_M)
+    low, high = (rows.start - 1) * STEP_M, (rows.stop + 1) * STEP_M
+    plane = np.array([[left, low], [right, low], [right, high], [left, high]])
+    return side.origin + plane @ np.stack([side.u, side.v])
 
 
 def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:

@@ -75,7 +75,7 @@ def cells_of_building(
         contacts = _completed(cells, known, mesh, origin, body or Body(), closed_doors, panes)
     taken = set(names)
     for contact in contacts[count:]:
-        names.append(_new_name(contact, cells, taken))
+        names.append(_new_name(contact, taken))
         taken.add(names[-1])
     portals = tuple(
         Portal(
@@ -241,12 +241,10 @@ def _seeds(
     return seeds
 
 
-def _new_name(contact: Contact, cells: list[Cell], taken: set[str]) -> str:
-    """What a portal that nobody stated is called: by what it joins."""
-    other = "outside" if contact.second == OUTSIDE else cells[contact.second].name
-    word = "view" if contact.kind == "window" else "opening"
-    name = f"{word} {cells[contact.first].name} / {other}"
-    number, result = 2, name
-    while result in taken:
-        result, number = f"{name} ({number})", number + 1
-    return result
+def _new_name(contact: Contact, taken: set[str]) -> str:
+    """What a portal that nobody stated is called; short, for the plan."""
+    word = "view" if contact.kind == "window" else contact.kind
+    number = 1
+    while f"{word} {number}" in taken:
+        number += 1
+    return f"{word} {number}"

@@ -27,6 +27,7 @@ from belvedere.walkthrough.necks import DOOR_M, Neck, fit_neck, wall_ends
 from belvedere.walkthrough.outlines import outline_rings
 from belvedere.walkthrough.rooms import (
     LEAST_ROOM_M2,
+    LEAST_WIDTH_M,
     RoomLayer,
     beside_walls,
     find_rooms,
@@ -39,6 +40,8 @@ Mask = npt.NDArray[np.bool_]
 
 SKY_SHARE = 0.3
 """A place with more open sky than this is outdoors."""
+OPEN_EDGE = 0.4
+"""As is one that has nothing round more than so much of its edge."""
 DROPPED = -2
 """Label of what belongs to no cell."""
 
@@ -87,7 +90,7 @@ def find_cells(
     rooms = find_rooms(columns, body)
     caster = RayCaster(_moved(solid, origin))
     necks = _doors(caster, rooms, body)
-    parts = _cut(rooms, necks)
+    parts = _cut(columns, rooms, necks)
     if not parts.count:
         raise SceneError(
             "find_cells: no floor lies under a ceiling: a model without ceilings has no rooms. "
@@ -155,7 +158,7 @@ class _Parts:
     """Cells that are stairs."""
 
 
-def _cut(rooms: RoomLayer, necks: list[Neck]) -> _Parts:
+def _cut(columns: Columns, rooms: RoomLayer, necks: list[Neck]) -> _Parts:
     layers = rooms.layers
     square = layers.grid.spacing**2
     sides = [_sides(layers, neck) for neck in necks]
@@ -180,19 +183,46 @@ def _cut(rooms: RoomLayer, necks: list[Neck]) -> _Parts:
     cut, stairs = _split_stairs(layers, flights, cut)
     label, count = layers.label(cut)
     area = np.bincount(label, minlength=count) * square
-    sky = np.bincount(label, weights=np.isinf(layers.ceiling), minlength=count) * square / area
     number = np.full(count, DROPPED, dtype=np.int32)
-    number[sky > SKY_SHARE] = OUTSIDE
+    number[_outdoors(columns, rooms, label, count)] = OUTSIDE
     room = (number == DROPPED) & (area >= LEAST_ROOM_M2)
     number[room] = np.arange(room.sum())
     final = number[label]
     doors = []
     for k in live:
         a, b = _around(final, sides[k])
+        if not _can_be_walked(rooms, sides[k][0]):
+            continue  # a window whose sill was crossed like furniture: found again with its sill
         if a != b and max(a, b) >= 0 and min(a, b) > DROPPED:
             doors.append((necks[k], max(a, b), min(a, b)) if min(a, b) < 0 else (necks[k], a, b))
     flat = frozenset(int(final[n]) for n in stairs if final[n] >= 0)
     return _Parts(final, int(room.sum()), doors, flat)
+
+
+def _outdoors(columns: Columns, rooms: RoomLayer, label: I4, count: int) -> Mask:
+    """(count,) parts under the open sky, or a ledge or porch round a house: open at their edges."""
+    layers, grid = rooms.layers, rooms.layers.grid
+    size = np.bincount(label, minlength=count)
+    sky = np.bincount(label, weights=np.isinf(layers.ceiling), minlength=count) / size
+    widest = np.zeros(count)
+    np.maximum.at(widest, label, rooms.far)
+    high = np.full(grid.nx * grid.ny, -np.inf)
+    filled = np.flatnonzero(np.diff(columns.first))
+    high[filled] = columns.high[columns.first[filled + 1] - 1]
+    edge, bare = np.zeros(count), np.zeros(count)
+    for d, shift in enumerate((-1, 1, -grid.nx, grid.nx)):
+        lone = np.flatnonzero(layers.link[:, d] < 0)
+        beside = np.clip(layers.column[lone] + shift, 0, grid.nx * grid.ny - 1)
+        edge += np.bincount(label[lone], minlength=count)
+        open_edge = high[beside] < layers.floor[lone] + 0.3
+        bare += np.bincount(label[lone], weights=open_edge, minlength=count)
+    return (sky > SKY_SHARE) | (bare > OPEN_EDGE * np.maximum(edge, 1.0)) | (widest < LEAST_WIDTH_M)
+
+
+def _can_be_walked(rooms: RoomLayer, links: I4) -> bool:
+    to = rooms.layers.link[links[:, 0], links[:, 1]]
+    both = rooms.walkable[links[:, 0]] & rooms.walkable[to]
+    return bool(both.sum() * rooms.layers.grid.spacing >= 0.3)
 
 
 def _sides(layers: Layers, neck: Neck) -> tuple[I4, I4, I4]:

@@ -381,9 +381,11 @@ def _kind(
     for high in (0.4, 0.7, 1.0, 1.4, 1.7):
         start = foot + [0.0, 0.0, high] - 0.25 * out
         passes &= ~solid.blocked(start, np.broadcast_to(out, start.shape), 0.5)
-    # where the model ends at its walls there is no ground outside to look for
-    start = foot + [0.0, 0.0, 0.4] - 0.25 * out
-    passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.8)
+    # Where the model ends at its walls there is no ground outside to look for; inside there must be
+    # floor up to the wall, and not a window seat.
+    for inside in (0.3, 0.6, 0.9):
+        start = foot + [0.0, 0.0, 0.4] - inside * out
+        passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.7)
     run = best = 0
     for free in passes:
         run = run + 1 if free else 0

@@ -34,6 +34,8 @@ LINTEL_M = 0.08
 """How far a head lies below the ceilings on its sides, at least."""
 RECEDE_M = 0.1
 """How far walls draw back beside a jamb, at least."""
+BEHIND_M = 0.35
+"""A wall goes on so far behind its jamb, at least: a post does not."""
 REACH_M = 12.0
 
 __all__ = ["Neck", "fit_neck", "wall_ends"]
@@ -143,13 +145,13 @@ def fit_neck(
         return None  # a lamp, no lintel
     if not _jambs_stand(probe, neck, along, floor, head):
         return None
+    if not _walls_go_on(probe, neck, along, through):
+        return None
     recedes = _recedes(probe, neck, along, through)
     # without a head, or wider than a door: only between the ends of two walls
-    if neck.width <= DOOR_M:
-        return neck if lintel or recedes.any(axis=0).all() else None
-    if not recedes.any(axis=0).all() or recedes.sum() < 3:
-        return None
-    return neck
+    if lintel and neck.width <= DOOR_M:
+        return neck
+    return neck if recedes.any(axis=0).all() and recedes.sum() >= 3 else None
 
 
 def wall_ends(
@@ -249,6 +251,20 @@ def _jambs_stand(probe: _Probe, neck: Neck, along: F8, floor: float, head: float
             return False
         stands += near
     return bool((stands >= len(heights) - 1).all())
+
+
+def _walls_go_on(probe: _Probe, neck: Neck, along: F8, through: F8) -> bool:
+    """Whether a wall follows behind both jambs, or a side wall comes first; posts stand alone."""
+    away, beyond = neck.depth / 2.0 + 0.15, neck.width / 2.0 + BEHIND_M
+    side = np.array([[-away], [away]]) * through
+    free = np.stack(probe.spans(neck.center + side, along, probe.band), axis=1)
+    for k, way in enumerate((-along, along)):
+        start = np.column_stack([neck.center + way * beyond + side, np.full(2, probe.band)])
+        back = np.column_stack([-side / away, np.zeros(2)])
+        wall = probe.caster.blocked(start, back, 2.0 * away, 1)
+        if not (wall | (free[:, k] < beyond)).any():
+            return False
+    return True
 
 
 def _is_wedge(width: F8, span: tuple[int, int]) -> bool:

@@ -129,6 +129,7 @@ def area_of(rings: tuple[F8, ...]) -> float:
 
 
 def _signed(ring: F8) -> float:
+    ring = ring - ring[0]
     after = np.roll(ring, -1, axis=0)
     return float((ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1]).sum()) / 2.0
 

@@ -26,9 +26,7 @@ def solid(corners: np.ndarray, material: Material = PAINT) -> Mesh:
     )
 
 
-def box(
-    low: Sequence[float], high: Sequence[float], material: Material = PAINT
-) -> Mesh:
+def box(low: Sequence[float], high: Sequence[float], material: Material = PAINT) -> Mesh:
     (x0, y0, z0), (x1, y1, z1) = low, high
     plan = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return solid(np.array([(x, y, z) for z in (z0, z1) for x, y in plan]), material)

@@ -19,15 +19,13 @@ from belvedere.ground.errors import SceneError
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
-from belvedere.walkthrough.columns import Columns, Layers
+from belvedere.walkthrough.columns import LEAST_ROOM_M2, LEAST_WIDTH_M, Columns, Layers
 from belvedere.walkthrough.contacts import Contact, Passages, add_contacts, facing
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.leaves import named_doors, named_panes, without
 from belvedere.walkthrough.necks import DOOR_M, Neck, fit_neck, wall_ends
 from belvedere.walkthrough.outlines import outline_rings
 from belvedere.walkthrough.rooms import (
-    LEAST_ROOM_M2,
-    LEAST_WIDTH_M,
     RoomLayer,
     beside_walls,
     find_rooms,
@@ -84,6 +82,8 @@ def find_cells(
                 "mark for each face"
             )
     body = body or Body()
+    turn = _turn_of_walls(mesh)
+    mesh = _turned(mesh, turn)
     solid = without(mesh, doors)
     columns = Columns.of_mesh(solid, spacing)
     origin = np.array(columns.grid.origin)
@@ -101,14 +101,45 @@ def find_cells(
     clear = RayCaster(_moved(without(mesh, doors | glass), origin)) if glass.any() else caster
     passages = Passages.of_layers(rooms.layers.take(rooms.walkable), parts.label[rooms.walkable])
     contacts = add_contacts(cells, clear, caster, known, _seeds(rooms, parts, body), passages)
-    return _graph(cells, contacts, origin)
+    return _graph(cells, contacts, origin, turn)
+
+
+def _turn_of_walls(mesh: Mesh) -> F8:
+    """(2, 2) the turn about z that brings most of the walls onto the axes.
+
+    On a grid along its walls a room's outline is a few straight sides, not a staircase.
+    """
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1)
+    upright = (np.abs(normal[:, 2]) < 0.05 * size) & (size > 0.0)
+    if not upright.any():
+        return np.eye(2)
+    angle = np.degrees(np.arctan2(normal[upright, 1], normal[upright, 0])) % 90.0
+    weight = size[upright]
+    count, _ = np.histogram(angle, bins=180, range=(0.0, 90.0), weights=weight)
+    peak = (int(np.argmax(count + np.roll(count, 1))) * 0.5) % 90.0
+    off = (angle - peak + 45.0) % 90.0 - 45.0
+    near = np.abs(off) < 1.0
+    best = peak + float((off[near] * weight[near]).sum() / weight[near].sum())
+    best = (best + 45.0) % 90.0 - 45.0
+    if abs(best) < 0.05:
+        return np.eye(2)
+    t = np.radians(best)
+    return np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
+
+
+def _turned(mesh: Mesh, turn: F8) -> Mesh:
+    if (turn == np.eye(2)).all():
+        return mesh
+    points = mesh.vertices.copy()
+    points[:, :2] = points[:, :2] @ turn.T
+    return Mesh(points, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
 
 
 def _moved(mesh: Mesh, origin: F8) -> Mesh:
     """The mesh near the origin, where float32 is fine enough for Embree."""
-    return Mesh(
-        mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials
-    )
+    return Mesh(mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
 
 
 def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
@@ -136,8 +167,7 @@ def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
     best: list[Neck] = []
     for neck in sorted(found, key=lambda n: (not n.lintel, round(n.width, 2), n.floor)):
         if all(
-            np.hypot(*(neck.center - other.center)) > 0.5
-            or abs(neck.floor - other.floor) > 0.6
+            np.hypot(*(neck.center - other.center)) > 0.5 or abs(neck.floor - other.floor) > 0.6
             for other in best
         ):
             best.append(neck)
@@ -174,11 +204,14 @@ def _cut(columns: Columns, rooms: RoomLayer, necks: list[Neck]) -> _Parts:
         bad = [
             k
             for k in live
-            if _same(label, sides[k]) or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
+            if _same(label, sides[k])
+            or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
         ]
         if not bad:
             break
-        smallest = min(bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width))
+        smallest = min(
+            bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width)
+        )
         live.remove(smallest)
     cut, stairs = _split_stairs(layers, flights, cut)
     label, count = layers.label(cut)
@@ -290,7 +323,9 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
         below = label == lower
         tall = below & (layers.ceiling > layers.floor[high] + 1.0)
         least = min(below.sum(), (label == upper).sum())
-        gallery = tall.sum() > 0.25 * least and not _lies_over_others(layers, label, flight, high, low)
+        gallery = tall.sum() > 0.25 * least and not _lies_over_others(
+            layers, label, flight, high, low
+        )
         if upper == lower or gallery:
             continue
         marked = np.zeros(len(stair), dtype=bool)
@@ -364,7 +399,8 @@ def _settle(
 
     count = len(masks)
     meet = [
-        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])] for a in range(count)
+        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])]
+        for a in range(count)
     ]
     core = []
     for a, mask in enumerate(masks):
@@ -405,12 +441,12 @@ def _seeds(rooms: RoomLayer, parts: _Parts, body: Body) -> list[F8]:
     return seeds
 
 
-def _graph(cells: list[Cell], contacts: list[Contact], origin: F8) -> CellGraph:
+def _graph(cells: list[Cell], contacts: list[Contact], origin: F8, turn: F8) -> CellGraph:
     """Names given, and everything moved to where it stands in the world."""
     placed = tuple(
         Cell(
-            cell.name, tuple(ring + origin[:2] for ring in cell.rings), cell.floor + origin[2],
-            cell.ceiling + origin[2], cell.storey,
+            cell.name, tuple((ring + origin[:2]) @ turn for ring in cell.rings),
+            float(cell.floor + origin[2]), float(cell.ceiling + origin[2]), cell.storey,
         )
         for cell in cells
     )  # fmt: skip
@@ -420,9 +456,8 @@ def _graph(cells: list[Cell], contacts: list[Contact], origin: F8) -> CellGraph:
         inner = contact.kind == "window" and contact.second != OUTSIDE
         word = "view" if inner else contact.kind  # over a railing, through a serving hatch
         count[word] = count.get(word, 0) + 1
-        name = f"{word} {count[word]}"
-        corners = facing(contact.corners, cells[contact.first])
-        portals.append(
-            Portal(name, contact.kind, corners + origin, (contact.first, contact.second))
-        )
+        corners = facing(contact.corners, cells[contact.first]) + origin
+        corners[:, :2] = corners[:, :2] @ turn
+        sides = (contact.first, contact.second)
+        portals.append(Portal(f"{word} {count[word]}", contact.kind, corners, sides))
     return CellGraph(placed, tuple(portals))

@@ -226,7 +226,9 @@ def _bends(ring: F8) -> F8:
     while k < len(kept) and len(kept) > 3:
         way, on = kept[k] - kept[k - 1], kept[(k + 1) % len(kept)] - kept[k]
         length = float(np.hypot(*way) * np.hypot(*on))
-        if length == 0.0 or (abs(way[0] * on[1] - way[1] * on[0]) < 0.002 * length and way @ on > 0):
+        if length == 0.0 or (
+            abs(way[0] * on[1] - way[1] * on[0]) < 0.002 * length and way @ on > 0
+        ):
             del kept[k]
             k = max(k - 1, 0)
         else:
@@ -365,9 +367,7 @@ def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:
     return float(offsets[within].mean()) if len(within) else 0.1
 
 
-def _kind(
-    contact: Contact, solid: RayCaster, out: F8, passages: Passages
-) -> OpeningKind:
+def _kind(contact: Contact, solid: RayCaster, out: F8, passages: Passages) -> OpeningKind:
     """What a patch is: is there somewhere a step through it, half a metre wide?"""
     if contact.second != OUTSIDE:
         return "opening" if passages.through(contact) else "window"

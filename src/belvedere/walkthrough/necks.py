@@ -72,9 +72,7 @@ class Neck:
     def corners(self) -> F8:
         """(4, 3) the rectangle."""
         a, b = self.left, self.right
-        return np.array(
-            [[*a, self.floor], [*b, self.floor], [*b, self.head], [*a, self.head]]
-        )
+        return np.array([[*a, self.floor], [*b, self.floor], [*b, self.head], [*a, self.head]])
 
 
 class _Probe:
@@ -200,7 +198,9 @@ def _narrowest(probe: _Probe, at: F8) -> tuple[F8, F8] | None:
     for _ in range(3):
         ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         points = np.broadcast_to(middle, ways.shape)
-        both = probe.sideways(np.concatenate([points, points]), np.concatenate([-ways, ways]), probe.band)
+        both = probe.sideways(
+            np.concatenate([points, points]), np.concatenate([-ways, ways]), probe.band
+        )
         left, right = both[: len(ways)], both[len(ways) :]
         best = int(np.argmin(left + right))
         if left[best] + right[best] > WIDEST_M + 0.2:
@@ -275,9 +275,7 @@ def _is_wedge(width: F8, span: tuple[int, int]) -> bool:
     return any(len(part) > 0 and float(np.median(part)) < least for part in (before, behind))
 
 
-def _recedes(
-    probe: _Probe, neck: Neck, along: F8, through: F8
-) -> npt.NDArray[np.bool_]:
+def _recedes(probe: _Probe, neck: Neck, along: F8, through: F8) -> npt.NDArray[np.bool_]:
     """(2, 2) whether the walls draw back before and behind (rows) the left and right jamb."""
     middle = (neck.left + neck.right) / 2.0
     away = neck.depth / 2.0 + 0.12

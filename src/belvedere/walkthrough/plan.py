@@ -108,9 +108,7 @@ def draw_plan(
     low = np.min([cell.low[:2] for cell in graph.cells], axis=0) - 0.9
     high = np.max([cell.high[:2] for cell in graph.cells], axis=0) + 0.9
     room = high - low
-    scale = min(
-        pixels_per_metre, 8000.0 / (room[0] * len(storeys)), 8000.0 / float(room[1])
-    )
+    scale = min(pixels_per_metre, 8000.0 / (room[0] * len(storeys)), 8000.0 / float(room[1]))
     wide, tall = room * scale
     head, foot = 46.0, 64.0
     drawing = Drawing(math.ceil(wide * len(storeys)), math.ceil(tall + head + foot))
@@ -159,9 +157,7 @@ class _Sheet:
         y = (self.high[1] - p[..., 1]) * self.scale + self.at[1]
         return np.stack([x, y], axis=-1)
 
-    def draw(
-        self, graph: CellGraph, mesh: Mesh, storey: int, level: float, above: float
-    ) -> None:
+    def draw(self, graph: CellGraph, mesh: Mesh, storey: int, level: float, above: float) -> None:
         here = [
             (k, cell)
             for k, cell in enumerate(graph.cells)
@@ -202,7 +198,9 @@ class _Sheet:
         across = np.array([b[1] - a[1], a[0] - b[0]])
         length = float(np.hypot(*across))
         across = across / max(length, 1e-9)
-        if across @ (portal.normal[:2] * [1.0, -1.0]) < 0.0:  # doors are drawn open to the first cell
+        if (
+            across @ (portal.normal[:2] * [1.0, -1.0]) < 0.0
+        ):  # doors are drawn open to the first cell
             across = -across
         if portal.kind == "door":
             add(Lines(np.array([[a, b]]), color, 1.0))

@@ -205,9 +205,7 @@ def _completed(
 ) -> list[Contact]:
     doors = named_doors(mesh) if closed_doors is None else closed_doors
     glass = named_panes(mesh) if panes is None else panes
-    moved = Mesh(
-        mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials
-    )
+    moved = Mesh(mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
     open_doors = without(moved, doors)
     solid = RayCaster(open_doors)
     clear = RayCaster(without(moved, doors | glass)) if glass.any() else solid
@@ -221,9 +219,7 @@ def _completed(
     return add_contacts(cells, clear, solid, known, _seeds(cells, feet, place, body), passages)
 
 
-def _seeds(
-    cells: list[Cell], feet: F8, place: npt.NDArray[np.int32], body: Body
-) -> list[F8]:
+def _seeds(cells: list[Cell], feet: F8, place: npt.NDArray[np.int32], body: Body) -> list[F8]:
     """Eyes where people can stand, or on a lattice in cells where nobody can."""
     seeds = []
     for index, cell in enumerate(cells):

@@ -38,7 +38,7 @@ def duplex(shared_data: Path) -> Mesh:
         if words[0] == "usemtl":
             current = names.index(words[1])
     materials = tuple(Material(name) for name in names)
-    uv = np.zeros((len(faces), 3, 2))
+    uv = np.zeros((len(faces), 3, 2), np.float32)
     return Mesh(np.array(points), np.array(faces), np.array(index), uv, materials)
 
 

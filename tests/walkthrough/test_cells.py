@@ -9,6 +9,7 @@ from belvedere.ground.errors import SceneError
 from belvedere.walkthrough import OUTSIDE, Cell, CellGraph, Portal
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+EAST = np.array([4.0, 0.0])
 COURT = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]])
 
 
@@ -19,13 +20,13 @@ def upright(x: float = 4.0) -> np.ndarray:
 
 def graph() -> CellGraph:
     hall = Cell("hall", (SQUARE,), 0.0, 5.0)
-    room = Cell("room", (SQUARE + [4.0, 0.0],), 0.0, 2.5)
-    loft = Cell("loft", (SQUARE + [4.0, 0.0],), 2.6, 5.0, 1)
+    room = Cell("room", (SQUARE + EAST,), 0.0, 2.5)
+    loft = Cell("loft", (SQUARE + EAST,), 2.6, 5.0, 1)
     return CellGraph(
         (hall, room, loft),
         (
             Portal("door", "door", upright(), (0, 1)),
-            Portal("hatch", "window", upright() + [0.0, 0.0, 2.7], (0, 2)),
+            Portal("hatch", "window", upright() + np.array([0.0, 0.0, 2.7]), (0, 2)),
             Portal("front", "door", upright(0.0)[::-1], (0, OUTSIDE)),
         ),
     )
@@ -80,7 +81,7 @@ def test_of_cells_one_above_another_the_next_below_counts() -> None:
         (np.zeros((4, 3)), "is a line"),
         (upright()[:3], "four finite points"),
         (np.where(upright() == 2.0, np.nan, upright()), "four finite points"),
-        (upright() + [[0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, 0]], "is not flat"),
+        (upright() + np.eye(4)[:, 1:2] * [1.0, 0.0, 0.0], "is not flat"),
     ],
 )
 def test_what_is_no_rectangle_is_refused(corners: np.ndarray, words: str) -> None:

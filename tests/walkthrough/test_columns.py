@@ -11,8 +11,8 @@ from tests.walkthrough import plans
 
 
 def triangle(corners: np.ndarray) -> Mesh:
-    uv = np.zeros((1, 3, 2))
-    return Mesh(corners, np.array([[0, 1, 2]]), np.zeros(1), uv, (plans.PAINT,))
+    uv = np.zeros((1, 3, 2), np.float32)
+    return Mesh(corners, np.array([[0, 1, 2]]), np.zeros(1, np.int32), uv, (plans.PAINT,))
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -174,7 +174,7 @@ def test_without_a_floor_there_is_nowhere_to_stand() -> None:
 def test_a_hundred_million_metres_away_he_walks_the_same() -> None:
     shift = np.array([1e8, -1e8, 1e5])
     near = FreeSpace.of_mesh(plans.two_rooms())
-    far = FreeSpace.of_mesh(plans.moved(plans.two_rooms(), 0.0, shift))
+    far = FreeSpace.of_mesh(plans.moved(plans.two_rooms(), 0.0, tuple(shift)))
     one = near.walk((2.0, 1.95, EYE), (1.5, 0.4))
     two = far.walk(np.array([2.0, 1.95, EYE]) + shift, (1.5, 0.4))
     np.testing.assert_allclose(two - shift, one, atol=1e-3)

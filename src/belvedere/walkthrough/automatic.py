@@ -336,7 +336,7 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
 
 
 def _lies_over_others(layers: Layers, label: I4, flight: I4, high: int, low: int) -> bool:
-    """Whether there are other rooms under an upper floor: one prism cannot hold both it and them."""
+    """Whether there are other rooms under an upper floor: one prism cannot leave them out."""
     plan = np.zeros(layers.grid.nx * layers.grid.ny, dtype=bool)
     plan[layers.column[label == label[high]]] = True
     rest = (label != label[high]) & (label != label[low]) & (label != label[flight[0]])
@@ -378,7 +378,7 @@ def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
 
 
 def _rise(layers: Layers, own: npt.NDArray[np.intp], stair: bool) -> tuple[float, float]:
-    """Floor and ceiling of a part. A ceiling over a mere edge, beside a stairwell, is not its own."""
+    """Floor and ceiling of a part, less a ceiling over a mere edge, beside a stairwell."""
     low = float(layers.floor[own].min())
     if stair:
         beside = layers.link[own]

@@ -281,7 +281,7 @@ def _eyes(graph: CellGraph, index: int) -> F8:
     )
     inside = graph.cells_at(points) == index
     for way in ((0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2)):  # not within a wall
-        inside &= cell.contains(points + [*way, 0.0])
+        inside &= cell.contains(points + np.array([*way, 0.0]))
     points = points[inside]
     if len(points) > 12:
         points = points[np.linspace(0, len(points) - 1, 12).astype(int)]

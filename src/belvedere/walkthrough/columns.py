@@ -247,7 +247,7 @@ def worth_standing(layers: Layers, front: Mask) -> Mask:
     """
     label, count = layers.label()
     square = layers.grid.spacing**2
-    area = np.bincount(label, minlength=count) * square
+    area = (np.bincount(label, minlength=count) * square).astype(np.float64)
     widest = np.zeros(count)
     np.maximum.at(widest, label, layers.distance())
     fronts = np.bincount(label, weights=front, minlength=count) * square / area

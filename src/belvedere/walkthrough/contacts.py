@@ -261,7 +261,8 @@ def _on_side(
         mask = np.zeros(side.inside.shape, dtype=bool)
         mine = maybe[beyond == other]
         mask[rows[mine], columns[mine]] = True
-        whole = ndimage.binary_closing(np.pad(mask, 3), np.ones((3, 3)), iterations=2)[3:-3, 3:-3]
+        padded: Any = ndimage.binary_closing(np.pad(mask, 3), np.ones((3, 3)), iterations=2)
+        whole = padded[3:-3, 3:-3]
         label: Any = ndimage.label(whole)[0]
         for k, box in enumerate(ndimage.find_objects(label)):
             count = int((mask & (label == k + 1)).sum())
@@ -379,12 +380,12 @@ def _kind(contact: Contact, solid: RayCaster, out: F8, passages: Passages) -> Op
     foot = corners[0] + s[:, None] * u
     passes = np.ones(len(s), dtype=bool)
     for high in (0.4, 0.7, 1.0, 1.4, 1.7):
-        start = foot + [0.0, 0.0, high] - 0.25 * out
+        start = foot + np.array([0.0, 0.0, high]) - 0.25 * out
         passes &= ~solid.blocked(start, np.broadcast_to(out, start.shape), 0.5)
-    # Where the model ends at its walls there is no ground outside to look for; inside there must be
-    # floor up to the wall, and not a window seat.
+    # where the model ends at its walls there is no ground outside to look for; inside there must
+    # be floor up to the wall, and not a window seat
     for inside in (0.3, 0.6, 0.9):
-        start = foot + [0.0, 0.0, 0.4] - inside * out
+        start = foot + np.array([0.0, 0.0, 0.4]) - inside * out
         passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.7)
     run = best = 0
     for free in passes:

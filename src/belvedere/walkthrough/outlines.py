@@ -33,7 +33,7 @@ def outline_rings(mask: Mask, spacing: float, tolerance: float) -> tuple[F8, ...
 
 def _trace(mask: Mask) -> list[F8]:
     """Closed chains of grid corners with the squares on their left."""
-    height, width = mask.shape
+    width = mask.shape[1]
     follow: dict[int, list[int]] = {}
     inside = mask.astype(np.int8)
     # sides between a square and what is not one, directed with the square on the left

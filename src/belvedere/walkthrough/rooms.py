@@ -142,7 +142,7 @@ def neck_places(rooms: RoomLayer) -> I4:
     border = ((layers.link >= 0) & (basin[:, None] != basin[layers.link])).any(axis=1)
     # stretches: border places of one basin that hang together
     both = border[:, None] & border[layers.link] & (basin[:, None] == basin[layers.link])
-    label, count = layers.label((layers.link >= 0) & ~both)
+    label, _ = layers.label((layers.link >= 0) & ~both)
     on = np.flatnonzero(border & (rooms.far <= DOOR_M / 2.0 + layers.grid.spacing))
     widest = on[np.lexsort((-rooms.far[on], label[on]))]
     places = widest[np.unique(label[widest], return_index=True)[1]]

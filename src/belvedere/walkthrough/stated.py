@@ -213,7 +213,7 @@ def _completed(
     layers, _ = standing_layers(columns, body.head, body.step)
     shift = np.array(columns.grid.origin)
     feet = np.column_stack([layers.centers, layers.floor]) + shift
-    place = cell_at(cells, feet + [0.0, 0.0, 1.2])
+    place = cell_at(cells, feet + np.array([0.0, 0.0, 1.2]))
     passages = Passages.of_layers(layers, place)
     passages = Passages(passages.points + shift, passages.cells, passages.spacing)
     return add_contacts(cells, clear, solid, known, _seeds(cells, feet, place, body), passages)

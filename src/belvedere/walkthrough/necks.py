@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.model.raycast import RayCaster
+from belvedere.scene.mesh import Mesh
 
 F8 = npt.NDArray[np.float64]
 
@@ -130,7 +131,7 @@ def fit_neck(
     through = cut.through
     if not _jambs_stand(probe, neck, cut.along, floor, head):
         return None
-    if not _walls_go_on(probe, neck, cut.along, through):
+    if not _walls_go_on(probe, neck, cut.along, through) or _is_aslant(probe, neck, cut.along):
         return None
     # without a head, or wider than a door: only between the ends of two walls
     if neck.lintel and neck.width <= DOOR_M:
@@ -218,7 +219,7 @@ def wall_ends(
     start = np.column_stack([at, height])
     hits = caster.cast(start, np.column_stack([toward, np.zeros(len(at))]))
     reached = np.flatnonzero((hits.face >= 0) & (hits.t * np.linalg.norm(toward, axis=1) < 0.3))
-    normal = caster.mesh.normals()[hits.face[reached], :2]
+    normal = _normals(caster.mesh, hits.face[reached])[:, :2]
     size = np.linalg.norm(normal, axis=1)
     reached, normal = reached[size > 0.9], normal[size > 0.9]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -235,6 +236,13 @@ def wall_ends(
     ends &= (to_end + across <= WIDEST_M) & (to_end + across >= NARROWEST_M)
     middle = at[reached] + normal * ((across - to_end) / 2.0)[:, None]
     return reached[ends], middle[ends], normal[ends]
+
+
+def _normals(mesh: Mesh, face: npt.NDArray[np.int32]) -> F8:
+    """(N, 3) unit normals of some faces."""
+    a, b, c = (mesh.vertices[mesh.faces[face, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
 
 
 def _narrowest(probe: _Probe, at: F8) -> tuple[F8, F8] | None:
@@ -307,6 +315,19 @@ def _walls_go_on(probe: _Probe, neck: Neck, along: F8, through: F8) -> bool:
         if not (wall | (free[:, k] < beyond)).any():
             return False
     return True
+
+
+def _is_aslant(probe: _Probe, neck: Neck, along: F8) -> bool:
+    """Whether it meets a jamb at a slant: from a corner to a wall that just goes on."""
+    slanted = np.ones(2, dtype=bool)
+    for height in (probe.band, probe.band - 0.5):
+        start = np.array([[*neck.center, height]] * 2)
+        way = np.array([[*along, 0.0], [*-along, 0.0]])
+        face = probe.caster.cast(start, way, 1).face
+        # straight on, or along a knife's edge, is as it should be
+        meet = np.abs(_normals(probe.caster.mesh, face)[:, :2] @ along)
+        slanted &= (meet > 0.26) & (meet < 0.96)
+    return bool(slanted.any())
 
 
 def _is_wedge(cut: _Cut) -> bool:

@@ -145,6 +145,8 @@ def neck_places(rooms: RoomLayer) -> I4:
     label, _ = layers.label((layers.link >= 0) & ~both)
     on = np.flatnonzero(border & (rooms.far <= DOOR_M / 2.0 + layers.grid.spacing))
     widest = on[np.lexsort((-rooms.far[on], label[on]))]
+    if not len(on):
+        return np.zeros(0, dtype=np.int32)
     places = widest[np.unique(label[widest], return_index=True)[1]]
     # neighbouring stretches are one neck: keep the narrowest within a quarter of a metre
     bins = np.floor(layers.centers[places] / 0.25).astype(np.int64)

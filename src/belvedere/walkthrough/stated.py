@@ -8,6 +8,7 @@ nothing that can be seen is lost.
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import numpy as np
@@ -18,8 +19,15 @@ from belvedere.model.building import Building, Opening, Room
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
-from belvedere.walkthrough.columns import Columns, standing_layers
-from belvedere.walkthrough.contacts import Contact, Passages, add_contacts, cell_at, facing
+from belvedere.walkthrough.columns import Columns, Layers, standing_layers
+from belvedere.walkthrough.contacts import (
+    WALL_M,
+    Contact,
+    Passages,
+    add_contacts,
+    cell_at,
+    facing,
+)
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.leaves import named_doors, named_panes, without
 
@@ -214,9 +222,24 @@ def _completed(
     shift = np.array(columns.grid.origin)
     feet = np.column_stack([layers.centers, layers.floor]) + shift
     place = cell_at(cells, feet + np.array([0.0, 0.0, 1.2]))
-    passages = Passages.of_layers(layers, place)
+    passages = Passages.of_layers(layers, _carried_through_walls(layers, place))
     passages = Passages(passages.points + shift, passages.cells, passages.spacing)
     return add_contacts(cells, clear, solid, known, _seeds(cells, feet, place, body), passages)
+
+
+def _carried_through_walls(
+    layers: Layers, place: npt.NDArray[np.int32]
+) -> npt.NDArray[np.int32]:
+    """Cells of places, those in doorways, between two rooms' outlines, given to the nearer room."""
+    place = place.copy()
+    for _ in range(math.ceil(WALL_M / layers.grid.spacing / 2.0)):
+        before = place.copy()
+        for d in range(4):
+            n = np.flatnonzero((before == OUTSIDE) & (layers.link[:, d] >= 0))
+            beside = before[layers.link[n, d]]
+            n, beside = n[beside != OUTSIDE], beside[beside != OUTSIDE]
+            place[n] = np.maximum(place[n], beside)
+    return place
 
 
 def _seeds(cells: list[Cell], feet: F8, place: npt.NDArray[np.int32], body: Body) -> list[F8]:

@@ -213,6 +213,9 @@ def _cut(columns: Columns, rooms: RoomLayer, necks: list[Neck]) -> _Parts:
             bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width)
         )
         live.remove(smallest)
+    # a house ends where its roof does, door or not
+    sky = np.isinf(layers.ceiling)
+    cut |= (layers.link >= 0) & (sky[:, None] != sky[layers.link])
     cut, stairs = _split_stairs(layers, flights, cut)
     label, count = layers.label(cut)
     area = np.bincount(label, minlength=count) * square
@@ -244,10 +247,11 @@ def _outdoors(columns: Columns, rooms: RoomLayer, label: I4, count: int) -> Mask
     high[filled] = columns.high[columns.first[filled + 1] - 1]
     edge, bare = np.zeros(count), np.zeros(count)
     for d, shift in enumerate((-1, 1, -grid.nx, grid.nx)):
-        lone = np.flatnonzero(layers.link[:, d] < 0)
+        to = layers.link[:, d]
+        lone = np.flatnonzero((to < 0) | np.isinf(layers.ceiling[to]))
         beside = np.clip(layers.column[lone] + shift, 0, grid.nx * grid.ny - 1)
         edge += np.bincount(label[lone], minlength=count)
-        open_edge = high[beside] < layers.floor[lone] + 0.3
+        open_edge = (high[beside] < layers.floor[lone] + 0.3) | (to[lone] >= 0)
         bare += np.bincount(label[lone], weights=open_edge, minlength=count)
     return (sky > SKY_SHARE) | (bare > OPEN_EDGE * np.maximum(edge, 1.0)) | (widest < LEAST_WIDTH_M)
 

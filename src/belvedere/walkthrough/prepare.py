@@ -14,6 +14,7 @@ sees the folder, and whatever is complete after an interruption is not made agai
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
@@ -21,7 +22,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from belvedere.ground.checks import check_choice, check_number
-from belvedere.ground.errors import MissingFileError
+from belvedere.ground.errors import MissingFileError, SceneError
 from belvedere.ground.version import __version__
 from belvedere.scene import Affordances, ViewSet
 from belvedere.scene.io.json_files import read_json, write_json
@@ -207,7 +208,7 @@ def make_model(folder: str, source: str, options: PrepareOptions, threads: int |
     if _is_built_in(source):
         house = build_house(source.partition(":")[2], options.seed, rays=options.rays)
         model, building, notes = house, house.building, []
-        house.walk.save(here / "path.json", force=True)
+        house.path.save(here / "path.json", force=True)
     else:
         found = read_model(source, units=options.units, up=options.up, doors=options.doors)
         building, notes = found.building, list(found.dropped)
@@ -223,19 +224,26 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
     from belvedere.model import Building
     from belvedere.walkthrough.automatic import find_cells
     from belvedere.walkthrough.checking import check_cells
+    from belvedere.walkthrough.free_space import FreeSpace
     from belvedere.walkthrough.graph_file import load_graph, save_graph
-    from belvedere.walkthrough.plan import save_plan
+    from belvedere.walkthrough.plan import draw_plan
     from belvedere.walkthrough.stated import cells_of_building
+    from belvedere.walkthrough.tour import tour
 
     here = Path(folder)
     if (here / "cells.json").is_file():
         return
     mesh = _lit(folder).mesh
     stated = read_json(here / "model.json").data["building"]
+    told: list[str] = []
     if options.cells_file is not None:
         graph = load_graph(options.cells_file)
     elif stated is not None and options.cells != "found":
-        graph = cells_of_building(Building.from_dict(stated, "model.json: building"), mesh)
+        building = Building.from_dict(stated, "model.json: building")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            graph = cells_of_building(building, mesh)
+        told = [f"warning: {one.message}" for one in caught]
     elif options.cells == "stated":
         raise MissingFileError(
             "the model states no rooms: prepare it with cells found in its free space "
@@ -243,9 +251,16 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
         )
     else:
         graph = find_cells(mesh)
-    findings = check_cells(graph, mesh)
-    save_plan(here / "plan", graph, mesh)
-    write_json(here / "findings.json", {"findings": [str(f) for f in findings]})
+    findings = [*told, *(str(finding) for finding in check_cells(graph, mesh))]
+    plan = draw_plan(graph, mesh)
+    plan.save(here / "plan.svg")
+    plan.save(here / "plan.png")
+    if not (here / "path.json").is_file():
+        try:
+            tour(graph, FreeSpace.of_mesh(mesh)).save(here / "path.json", force=True)
+        except SceneError as error:
+            findings.append(f"note: no walk was laid through the building: {error}")
+    write_json(here / "findings.json", {"findings": findings})
     save_graph(graph, here / "cells.json")
 
 

@@ -11,6 +11,7 @@ Source: spec portal-walkthrough 7 (automatic next-best reference by hole minimis
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from belvedere.ground.checks import check_integer, check_number
 from belvedere.model import RayCaster
 from belvedere.walkthrough.cells import Cell
 from belvedere.walkthrough.placement import PlacementOptions, Side, semicircle_eyes
-from belvedere.walkthrough.portal_images import nearest_eyes
+from belvedere.walkthrough.portal_images import eyes_apart
 from belvedere.walkthrough.switching import SwitchOptions, closeness
 
 F8 = npt.NDArray[np.float64]
@@ -41,7 +42,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Holes:
     """Which points behind a portal candidates see."""
 
@@ -65,12 +66,18 @@ class Holes:
         """(E,) share of holes for each visitor, with the ``used`` nearest of the chosen ones."""
         if not chosen:
             return np.ones(len(self.visitors))
-        eyes = [self.candidates[k] for k in chosen]
-        holes = np.empty(len(self.visitors))
-        for e, visitor in enumerate(self.visitors):
-            near = [chosen[k] for k in nearest_eyes(self.center, eyes, visitor, used)]
-            holes[e] = 1.0 - self.seen[near, e].any(axis=0).mean()
-        return holes
+        order = np.argsort(self._apart[:, chosen], axis=1, kind="stable")[:, :used]
+        near = np.asarray(chosen)[order]
+        visitor = np.arange(len(self.visitors))
+        seen = self.seen[near[:, 0], visitor]
+        for k in range(1, near.shape[1]):
+            seen = seen | self.seen[near[:, k], visitor]
+        return 1.0 - seen.mean(axis=1)
+
+    @cached_property
+    def _apart(self) -> F8:
+        """(E, C) how differently each visitor and each candidate look at the portal."""
+        return np.array([eyes_apart(self.center, self.candidates, v) for v in self.visitors])
 
 
 def candidate_eyes(side: Side, options: PlacementOptions) -> F8:
@@ -171,31 +178,32 @@ def measure_holes(
         at = np.flatnonzero(~sky)
         points = on[at] + hit.t[at, None] * along[at]
         points -= LIFT * along[at] / np.linalg.norm(along[at], axis=1, keepdims=True)
-        for c, eye in enumerate(candidates):
-            seen[c, e, at] = _sees_through(caster, side, eye, points, threads)
+        seen[:, e, at] = _see_through(caster, side, candidates, points, threads)
     arms = visitors - side.portal.center
     angle = np.abs(arms @ side.normal) / np.linalg.norm(arms, axis=1) ** 3
     return Holes(candidates, visitors, seen, side.portal.center, angle / max(angle.sum(), 1e-12))
 
 
-def _sees_through(
-    caster: RayCaster, side: Side, eye: F8, points: F8, threads: int | None
+def _see_through(
+    caster: RayCaster, side: Side, eyes: F8, points: F8, threads: int | None
 ) -> npt.NDArray[np.bool_]:
-    """(N,) whether an eye sees points beyond a portal, through its rectangle."""
-    towards = eye - points
-    height = (points - side.portal.center) @ side.normal
+    """(C, N) whether each of C eyes sees each of N points beyond a portal, through its rectangle."""
+    towards = (eyes[:, None] - points).reshape(-1, 3)
+    starts = np.broadcast_to(points, (len(eyes), *points.shape)).reshape(-1, 3)
+    height = (starts - side.portal.center) @ side.normal
     rise = towards @ side.normal
-    share = np.divide(-height, rise, out=np.full(len(points), -1.0), where=rise > 1e-9)
-    cross = points + share[:, None] * towards - side.corner
+    share = np.divide(-height, rise, out=np.full(len(starts), -1.0), where=rise > 1e-9)
+    cross = starts + share[:, None] * towards - side.corner
     x = cross @ side.right / (side.right @ side.right)
     y = cross @ side.down / (side.down @ side.down)
     through = (share >= 0.0) & (share <= 1.0) & (x >= 0) & (x <= 1) & (y >= 0) & (y <= 1)
-    result = np.zeros(len(points), dtype=bool)
+    result = np.zeros(len(starts), dtype=bool)
     at = np.flatnonzero(through & (share > 1e-9))
+    # only up to the portal: what stands before it is not asked
     reach = np.maximum(share[at] - 1e-6, 1e-9)
-    result[at] = ~caster.blocked(points[at], towards[at], reach, threads)
+    result[at] = ~caster.blocked(starts[at], towards[at], reach, threads)
     result[through & (share <= 1e-9)] = True
-    return result
+    return result.reshape(len(eyes), len(points))
 
 
 def choose_eyes(

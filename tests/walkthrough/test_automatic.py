@@ -211,7 +211,9 @@ def test_the_duplex_has_all_its_inner_doors_and_no_false_wide_portal(
 ) -> None:
     doors = inner(duplex_cells)
     centers = np.array([p.center for p in doors])
-    truth = [p for p in duplex_truth["portals"] if p["type"] == "IfcDoor" and None not in p["cells"]]
+    truth = [
+        p for p in duplex_truth["portals"] if p["type"] == "IfcDoor" and None not in p["cells"]
+    ]
     assert len(truth) == 10
     for door in truth:
         polygon = np.array(door["polygon"])

@@ -1,13 +1,12 @@
 from __future__ import annotations
 
 import itertools
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from belvedere.ground.errors import InputError

@@ -88,7 +88,13 @@ def test_open_plan_and_stairs_of_the_duplex_are_joined(stated: CellGraph) -> Non
         if p.kind == "opening" and OUTSIDE not in p.cells
     }
     for flat in "AB":
-        for pair in (("102", "103"), ("101", "102"), ("101", "103"), ("101", "105"), ("105", "201")):
+        for pair in (
+            ("102", "103"),
+            ("101", "102"),
+            ("101", "103"),
+            ("101", "105"),
+            ("105", "201"),
+        ):
             assert frozenset(flat + room for room in pair) in joined, pair
 
 

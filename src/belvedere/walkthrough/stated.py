@@ -227,9 +227,7 @@ def _completed(
     return add_contacts(cells, clear, solid, known, _seeds(cells, feet, place, body), passages)
 
 
-def _carried_through_walls(
-    layers: Layers, place: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int32]:
+def _carried_through_walls(layers: Layers, place: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Cells of places, those in doorways, between two rooms' outlines, given to the nearer room."""
     place = place.copy()
     for _ in range(math.ceil(WALL_M / layers.grid.spacing / 2.0)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -65,7 +65,9 @@ def slab(low: tuple[float, float], high: tuple[float, float], top: float) -> Mes
 
 
 def shell(
-    size: tuple[float, float], height: float = 2.6, holes: dict[str, Sequence[Span]] | None = None
+    size: tuple[float, float],
+    height: float = 2.6,
+    holes: Mapping[str, Sequence[Span]] | None = None,
 ) -> list[Mesh]:
     """Floor, ceiling and four outer walls round (0, 0) to ``size``; holes by s, e, n, w."""
     x, y = size

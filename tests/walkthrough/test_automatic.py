@@ -82,6 +82,12 @@ def test_a_pillar_or_a_row_of_them_divides_no_room() -> None:
     assert [p.kind for p in graph.portals] == ["door"]
 
 
+def test_a_beam_on_posts_is_no_wall() -> None:
+    posts = [plans.box((x, 2.4, 0.0), (x + 0.2, 2.6, 2.2)) for x in (1.3, 2.8, 4.3)]
+    beam = plans.box((0.0, 2.4, 2.2), (6.0, 2.6, 2.6))
+    assert len(find_cells(Mesh.concatenate([*plans.shell((6, 5)), *posts, beam])).cells) == 1
+
+
 @pytest.mark.parametrize(("hole", "cells"), [((1.5, 2.5), 2), ((1.0, 3.6), 2), ((0.0, 4.0), 1)])
 def test_an_opening_up_to_the_ceiling_divides_where_walls_end(hole: tuple, cells: int) -> None:
     walls = plans.wall((4, 0), (4, 4.5), holes=[(hole[0], hole[1], 0.0, 2.6)])
@@ -254,7 +260,8 @@ def soup(rng: np.random.Generator) -> Mesh:
     corners = np.concatenate([corners, np.repeat(corners[:20, :1], 3, axis=1)])
     count = len(corners)
     return Mesh(
-        corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3), np.zeros(count, np.int32),
+        corners.reshape(-1, 3), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        np.zeros(count, np.int32),
         np.zeros((count, 3, 2), np.float32), mesh.materials,
     )  # fmt: skip
 

@@ -53,7 +53,7 @@ def test_a_portal_turned_round_is_told(mesh: Mesh) -> None:
 
 
 def test_a_portal_in_solid_wall_is_walled_up(mesh: Mesh) -> None:
-    extra = Portal("blind", "opening", DOOR + [0.0, 1.3, 0.0], (0, 1))
+    extra = Portal("blind", "opening", DOOR + np.array([0.0, 1.3, 0.0]), (0, 1))
     assert [f.what for f in check(mesh, door(), extra)] == ["is walled up: no ray passes it"]
 
 
@@ -62,7 +62,7 @@ def test_a_room_without_a_door_and_one_out_of_reach(mesh: Mesh) -> None:
     assert "has no door" in what["cell 'a'"]
     far = np.array([20.0, 0.0])
     three = (A, B, *(Cell(n, (A.rings[0] + far,), 0, 2.6) for n in ("c",)))
-    out = Portal("out", "door", DOOR[::-1] + [20.0 - 4.0, 0.0, 0.0], (2, OUTSIDE))
+    out = Portal("out", "door", DOOR[::-1] + np.array([16.0, 0.0, 0.0]), (2, OUTSIDE))
     what = {f.where: f.what for f in check(mesh, door(), out, cells=three)}
     assert "cannot be reached from most other rooms (2" in what["cell 'c'"]
 

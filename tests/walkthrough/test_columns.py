@@ -5,6 +5,7 @@ import pytest
 
 from belvedere.ground.errors import InputError, SceneError
 from belvedere.scene.mesh import Mesh
+from belvedere.walkthrough import columns as module
 from belvedere.walkthrough.columns import Columns, Grid, Layers, link_layers, standing_layers
 from tests.oracles import floors
 from tests.walkthrough import plans
@@ -129,3 +130,9 @@ def test_what_is_no_building_in_metres_is_refused() -> None:
         Columns.of_mesh(scaled(120.0), 0.05)
     with pytest.raises(InputError, match="spacing"):
         Columns.of_mesh(plans.two_rooms(), 0.0)
+
+
+def test_more_spans_than_memory_holds_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MAX_SPANS", 1000)
+    with pytest.raises(SceneError, match=r"more than 1,000: give a larger spacing"):
+        Columns.of_mesh(plans.two_rooms())

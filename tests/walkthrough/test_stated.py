@@ -112,7 +112,10 @@ def test_openings_that_join_nothing_are_named_in_a_warning(duplex: Mesh) -> None
 
 
 def test_names_that_come_twice_are_told_apart() -> None:
-    doors = (Opening("door", "door", DOOR), Opening("door", "window", DOOR + [0, 0, 0.01]))
+    doors = (
+        Opening("door", "door", DOOR),
+        Opening("door", "window", DOOR + np.array([0, 0, 0.01])),
+    )
     graph = cells_of_building(Building((A, B), doors), plans.two_rooms())
     assert [p.name for p in graph.portals] == ["door", "door (2)"]
 
@@ -120,8 +123,8 @@ def test_names_that_come_twice_are_told_apart() -> None:
 def test_buildings_that_do_not_fit_their_mesh_are_refused() -> None:
     with pytest.raises(SceneError, match="states no rooms"):
         cells_of_building(Building(()), plans.two_rooms())
+    far = plans.moved(plans.two_rooms(), 0.0, (500.0, 0.0, 0.0))
     with pytest.raises(SceneError, match="must be in the same coordinates"):
-        far = plans.moved(plans.two_rooms(), 0.0, (500.0, 0.0, 0.0))
         cells_of_building(Building((A, B)), far)
     with pytest.raises(SceneError, match="no faces"):
         cells_of_building(Building((A, B)), Mesh.concatenate([]))

@@ -34,7 +34,9 @@ Mask = npt.NDArray[np.bool_]
 MAX_SIDE_M = 2000.0
 """No building is longer: a larger number is one of millimetres."""
 MIN_SIDE_M = 1.0
-MAX_COLUMNS = 12_000_000
+MAX_COLUMNS = 10_000_000
+MAX_SPANS = 60_000_000
+"""A gigabyte of them."""
 JOIN_M = 0.02
 """Gaps this small between spans are slits of the modelling, no air."""
 
@@ -134,6 +136,11 @@ def _fill(grid: Grid, local: F8, upward: A) -> Columns:
     args = (local, upward, grid.spacing, grid.nx, grid.ny)
     touch_columns(*args, False, first, none, none, no)
     np.cumsum(first, out=first)
+    if first[-1] > MAX_SPANS:
+        raise SceneError(
+            f"The model's surfaces cross {first[-1]:,} columns of {grid.spacing:g} m, more than "
+            f"{MAX_SPANS:,}: give a larger spacing, or cut the model"
+        )
     low, high = np.empty(first[-1]), np.empty(first[-1])
     up = np.empty(first[-1], dtype=bool)
     touch_columns(*args, True, first.copy(), low, high, up)

@@ -263,7 +263,8 @@ def _on_side(
         mask[rows[mine], columns[mine]] = True
         padded: Any = ndimage.binary_closing(np.pad(mask, 3), np.ones((3, 3)), iterations=2)
         whole = padded[3:-3, 3:-3]
-        label: Any = ndimage.label(whole)[0]
+        labelled: Any = ndimage.label(whole)
+        label = labelled[0]
         for k, box in enumerate(ndimage.find_objects(label)):
             count = int((mask & (label == k + 1)).sum())
             tall, wide = ((s.stop - s.start) * STEP_M for s in box)

@@ -220,3 +220,27 @@ def fold8(typing: Any, a: Any, share: Any) -> Any:
         return _fused(builder, builder.fsub(high, low), every, low)
 
     return _FOUR(_EIGHT, share), generate
+
+
+@intrinsic
+def max_keys8(typing: Any, keys: Any, start: Any, value: Any, count: Any, low: Any) -> Any:
+    _check(keys, types.int64)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        long = ir.VectorType(ir.IntType(64), 8)
+        every = _every(context, builder, args[3], count, _VECTOR)
+        ramp = ir.Constant(_VECTOR, [float(n) for n in range(8)])
+        value = builder.select(builder.fcmp_ordered("<", ramp, every), args[2], _constant(0.0))
+        bits = builder.zext(builder.bitcast(value, _WHOLE), long)
+        first = builder.insert_element(ir.Constant(long, ir.Undefined), args[4], ir.IntType(32)(0))
+        lows = builder.shuffle_vector(first, first, ir.Constant(_WHOLE, [0] * 8))
+        new = builder.or_(builder.shl(bits, ir.Constant(long, [32] * 8)), lows)
+        place = context.cast(builder, args[1], start, types.int64)
+        place = _place(args[0], keys, long, context, builder, place)
+        old = builder.load(place)
+        old.align = 8
+        done = builder.store(builder.select(builder.icmp_signed(">", new, old), new, old), place)
+        done.align = 8
+        return context.get_dummy_value()
+
+    return types.void(keys, start, _EIGHT, types.float32, types.int64), generate

@@ -101,6 +101,20 @@ def fold8(a: Eight, share: Real) -> Any:
     return a[:4] + np.float32(share) * (a[4:] - a[:4])
 
 
+def max_keys8(
+    keys: npt.NDArray[np.int64], start: Real, value: Eight, count: Real, low: Real
+) -> None:
+    """Replace each of eight keys, from ``keys.flat[start]`` on, by a new one that is larger.
+
+    A new key is the bits of a float >= 0, and below them the 32 bits of ``low``; from lane
+    ``count`` on the float is 0.
+    """
+    shown = np.where(np.arange(8) < count, value, np.float32(0.0)).astype(np.float32)
+    new = (shown.view(np.uint32).astype(np.int64) << 32) | np.int64(low)
+    place = keys.reshape(-1)[start : start + 8]
+    np.maximum(place, new, out=place)
+
+
 def _compiled(function: Callable[..., Any], implementation: Callable[..., Any]) -> None:
     overload(function, jit_options={"forceinline": True})(implementation)
 
@@ -127,3 +141,9 @@ _compiled(where8, lambda a, b, yes, no: lambda a, b, yes, no: ops.where8(a, b, y
 _compiled(log2_8, lambda a: lambda a: ops.log2_8(a))
 _compiled(mix8, lambda a, b, share: lambda a, b, share: ops.mix8(a, b, share))
 _compiled(fold8, lambda a, share: lambda a, share: ops.fold8(a, share))
+_compiled(
+    max_keys8,
+    lambda keys, start, value, count, low: (
+        lambda keys, start, value, count, low: ops.max_keys8(keys, start, value, count, low)
+    ),
+)

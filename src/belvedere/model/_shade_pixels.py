@@ -31,7 +31,8 @@ from belvedere.ground.eight import (
     whole8,
 )
 from belvedere.ground.jit import inner, kernel
-from belvedere.ground.simd import add4, four, lane4, load4, mul4, scale4, store4
+from belvedere.ground.simd import add4, float_of, four, lane4, load4, mul4, scale4, store4
+from belvedere.model._raster import LAST_FACE, SKY
 from belvedere.model._sky_run import sky_run
 
 A = npt.NDArray[Any]
@@ -244,15 +245,15 @@ def encode_row(y: int, light: A, whole: A, encode: A, out_color: A) -> None:
 
 @kernel
 def shade_pixels(
-    face: A, row0: int, row1: int, matrix: A, eye: A, spread: float, plane: A, maps: A, record: A,
+    keys: A, row0: int, row1: int, matrix: A, eye: A, spread: float, plane: A, maps: A, record: A,
     density: A, base: A, emission: A, texture_of: A, texels: A, sizes: A, places: A, depth: int,
     encode: A, soft: A, sun: A, sun_color: A, work: A, whole: A, light: A, codes: A,
-    out_disparity: A, out_color: A,
+    out_face: A, out_disparity: A, out_color: A,
 ) -> None:  # fmt: skip
     """Colour the pixels of some rows; agrees with `_kernels.shade` to rounding.
 
     Args:
-        face: (H, W) int32; -1 is the sky.
+        keys: (H, W + 8) see `_raster`.
         row0: first row.
         row1: the row after the last.
         matrix: (3, 3) of the camera.
@@ -277,20 +278,23 @@ def shade_pixels(
         whole: (WHOLE_ROWS, W + PAD) int32, overwritten.
         light: (W + PAD, 4) float32, overwritten.
         codes: (4 * (W + PAD),) int32, overwritten.
-        out_disparity: (H, W) float32, made exact.
+        out_face: (H, W) int32; -1 is the sky.
+        out_disparity: (H, W) float32; 0 in the sky.
         out_color: (H, W, 3) uint8.
     """
-    width = face.shape[1]
+    width = out_face.shape[1]
     raster, disparity = work[8], work[9]
     wide = F(spread)
     finest = F(depth - 1.001)
     for y in range(row0, row1):
         for x in range(width):
-            raster[x] = out_disparity[y, x]
+            key = keys[y, x]
+            raster[x] = float_of(np.uint32(key >> 32))
+            out_face[y, x] = np.int32(LAST_FACE - (key & SKY)) if key != SKY else np.int32(-1)
         x = 0
         while x < width:
-            f, x0 = face[y, x], x
-            while x < width and face[y, x] == f:
+            f, x0 = out_face[y, x], x
+            while x < width and out_face[y, x] == f:
                 x += 1
             count = x - x0
             if f < 0:

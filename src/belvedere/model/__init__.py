@@ -6,6 +6,7 @@ hemisphere after Goral et al. 1984.
 """
 
 from belvedere.model.building import Building, Opening, Room
+from belvedere.model.house import HOUSES, House, HouseKind, build_house
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.model_scene import ModelScene
@@ -14,9 +15,12 @@ from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
 
 __all__ = [
+    "HOUSES",
     "Building",
     "DrawList",
     "Hits",
+    "House",
+    "HouseKind",
     "Interior",
     "Lamp",
     "LightMap",
@@ -28,6 +32,7 @@ __all__ = [
     "RayCaster",
     "Room",
     "bake",
+    "build_house",
     "build_interior",
     "photograph",
 ]

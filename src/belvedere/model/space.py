@@ -49,7 +49,10 @@ class Space:
         self._shape = (int(np.ceil((x1 - x0) / SQUARE)), int(np.ceil((y1 - y0) / SQUARE)))
         self._taken = np.zeros(self._shape, dtype=bool)
         self._kept = np.zeros(self._shape, dtype=bool)
-        self._openings = {side: plan.openings_of(room, side) for side in SIDES}
+        self._openings = {
+            side: [hole for hole in plan.openings_of(room, side) if hole[1] < plan.height]
+            for side in SIDES
+        }
         self._tall: dict[Side, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self._doors: list[tuple[float, float]] = []
         for side in SIDES:
@@ -65,24 +68,13 @@ class Space:
             self._keep(self._off(side, at - 0.7, at + 0.7, 1.1))
             self._tall[side].append((at - 0.7, at + 0.7))
             self._doors.append(_middle(self._off(side, at - 0.5, at + 0.5, 2.0 * BODY + 0.1)))
-        well = plan.well()
-        if plan.stair is not None and well is not None:
-            self._stairs(plan, well)
-
-    def _stairs(self, plan: HousePlan, well: Rect) -> None:
-        stair = plan.stair
-        assert stair is not None
-        x0, y0, x1, y1 = well
-        if self.room.name == stair.room:
-            self._take((x0 - 0.1, y0, stair.foot + 0.1, y1))
-            self._keep((stair.foot, y0 - 0.1, stair.foot + 1.0, y1))
-            self._doors.append((stair.foot + 0.5, y1 - stair.width / 2.0))
-            self._tall["north"].append((x0, stair.foot + 0.1))
-        elif self.room.name == stair.above:
-            self._take((x0, y0 - 0.12, x1 + 0.12, y1))
-            self._keep((x0 - 1.0, y0 - 0.1, x0, y1))
-            self._doors.append((x0 - 0.5, y1 - stair.width / 2.0))
-            self._tall["north"].append((x0 - 0.2, x1 + 0.1))
+        void, stair = plan.void(), plan.stair
+        if void is not None and stair is not None and stair.room == room.name:
+            low, high = void[3] - stair.width, void[3]
+            self._take((void[0] - 0.1, low - 0.05, stair.foot + 0.1, high))
+            self._keep((stair.foot, low - 0.1, stair.foot + 1.0, high))
+            self._doors.append((stair.foot + 0.5, high - stair.width / 2.0))
+            self._tall["north"].append((void[0], stair.foot + 0.1))
 
     def windows(self) -> list[tuple[Side, float, float, Window]]:
         """(side, low, high, window) of the room's windows."""

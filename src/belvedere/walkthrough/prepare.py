@@ -207,7 +207,7 @@ def make_model(folder: str, source: str, options: PrepareOptions, threads: int |
     if _is_built_in(source):
         house = build_house(source.partition(":")[2], options.seed, rays=options.rays)
         model, building, notes = house, house.building, []
-        house.walk.save(here / "path.json", force=True)
+        house.path.save(here / "path.json", force=True)
     else:
         found = read_model(source, units=options.units, up=options.up, doors=options.doors)
         building, notes = found.building, list(found.dropped)

@@ -667,7 +667,7 @@ def _hall(f: Furnisher) -> None:
     x0, y0, x1, y1 = f.room.rect
     void = f.plan.void() if f.plan.stair and f.plan.stair.room == f.room.name else None
     if void is None:
-        _pendant(f, (x0 + x1) / 2, (y0 + y1) / 2, 0.62, 0.9, True)
+        _pendant(f, (x0 + x1) / 2, (y0 + y1) / 2, 0.52, 0.9, True)
         return
     xg, yg, _, _ = void
     _pendant(f, (xg + x1) / 2, yg + 0.9, 2.3, 1.6, True)

@@ -22,6 +22,8 @@ BODY = 0.38
 """Half the width that a walker needs, metres: a little more than half of 0.7."""
 DOOR_DEPTH = 0.85
 """In front of a door nothing stands this near."""
+REACHED = 0.85
+"""Share of the floor that fits a walker which can be reached from the doors."""
 YAW: dict[Side, float] = {"north": 0.0, "west": 90.0, "south": 180.0, "east": -90.0}
 """Turn of a piece whose back is to that wall, degrees."""
 
@@ -201,7 +203,7 @@ class Space:
         }[side]
 
     def _squares(self, area: Rect) -> tuple[slice, slice]:
-        x0, y0, x1, y1 = self.rect
+        x0, y0, _, _ = self.rect
         low = np.floor((np.array([area[0] - x0, area[1] - y0]) + 1e-6) / SQUARE).astype(int)
         high = np.ceil((np.array([area[2] - x0, area[3] - y0]) - 1e-6) / SQUARE).astype(int)
         low = np.maximum(low, 0)
@@ -223,7 +225,7 @@ class Space:
         return self._passable(trial)
 
     def _passable(self, taken: npt.NDArray[np.bool_]) -> bool:
-        """Whether a walker gets from every door to every other."""
+        """Whether a walker gets from every door to every other, and to most of the room."""
         from scipy import ndimage
 
         if len(self._doors) == 0:
@@ -237,7 +239,10 @@ class Space:
             j = min(max(int((y - y0) / SQUARE), 0), self._shape[1] - 1)
             near = label[max(i - 3, 0) : i + 4, max(j - 3, 0) : j + 4]
             found.add(int(near.max()))
-        return len(found) == 1 and 0 not in found
+        if len(found) != 1 or 0 in found:
+            return False
+        area = np.bincount(label.ravel())[1:]
+        return bool(area[found.pop() - 1] >= REACHED * area.sum())
 
 
 def _middle(area: Rect) -> tuple[float, float]:

@@ -6,6 +6,14 @@ hemisphere after Goral et al. 1984.
 """
 
 from belvedere.model.building import Building, Opening, Room
+from belvedere.model.house import (
+    HOUSES,
+    House,
+    HouseKind,
+    UnlitHouse,
+    build_house,
+    build_unlit_house,
+)
 from belvedere.model.imported import ImportedModel, ModelSource
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
@@ -19,10 +27,13 @@ from belvedere.model.read import MODEL_SUFFIXES, read_model
 from belvedere.model.write import write_glb
 
 __all__ = [
+    "HOUSES",
     "MODEL_SUFFIXES",
     "Building",
     "DrawList",
     "Hits",
+    "House",
+    "HouseKind",
     "ImportedModel",
     "Interior",
     "Lamp",
@@ -35,8 +46,11 @@ __all__ = [
     "Rasterizer",
     "RayCaster",
     "Room",
+    "UnlitHouse",
     "bake",
+    "build_house",
     "build_interior",
+    "build_unlit_house",
     "light_model",
     "load_lit_model",
     "photograph",

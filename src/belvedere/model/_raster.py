@@ -377,8 +377,7 @@ def draw_triangle(
                 if (e0 | e1 | e2) >= 0:
                     key = key_of(d, low)
                     here = np.uint64(u)
-                    if key > out_keys[np.uint64(v), here]:
-                        out_keys[np.uint64(v), here] = key
+                    out_keys[np.uint64(v), here] = max(out_keys[np.uint64(v), here], key)
                 e0 += abx
                 e1 += bcx
                 e2 += cax

@@ -57,11 +57,11 @@ def wall(
         return a - low, z0 - rise[0], c - low, z1 - rise[0]
 
     holes = [local(o) for o in openings]
-    b.sheet(corners, material, scale, _cells(high - low, rise[1] - rise[0], holes), holes)
+    b.sheet(corners, material, scale, cells_around(high - low, rise[1] - rise[0], holes), holes)
 
 
-def _cells(length: float, height: float, holes: Sequence[Rect]) -> list[Rect]:
-    """The wall around its holes, as columns cut into rectangles."""
+def cells_around(length: float, height: float, holes: Sequence[Rect]) -> list[Rect]:
+    """A rectangle around its holes, as columns cut into rectangles."""
     cuts = sorted({0.0, length, *(h[0] for h in holes), *(h[2] for h in holes)})
     cells: list[Rect] = []
     for left, right in pairwise(cuts):

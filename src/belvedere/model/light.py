@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 import numpy.typing as npt
@@ -28,26 +29,22 @@ from belvedere.model.lattice import (
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 
-Progress = Callable[[int, int, str], None]
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
 
+Progress = Callable[[int, int, str], None]
+"""``progress(done, total, what)``."""
+TOTAL = 100
+"""Steps of the progress that `bake` tells."""
 PATTERNS = 9
 """Neighbouring lattice points use different parts of one sample set, smoothed over 3x3 points."""
 POINTS = 256
 """Lattice points per piece of work."""
 BROAD = 4
 """Charts with more lattice points than this along both sides are walls, floors, table tops."""
-WHAT = "lighting"
-"""The stage that progress tells of."""
 INSIDE = 0.25
 """A point that sees this share of back faces lies inside something solid."""
-
-
-def silent(done: int, total: int, what: str, /) -> None:
-    """The listener nobody listens to."""
-    del done, total, what
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +110,7 @@ def bake(
     caster: RayCaster,
     settings: LightSettings,
     threads: int | None = None,
-    progress: Progress = silent,
+    progress: Progress | None = None,
 ) -> LightMap:
     """Light the charts of a mesh; the same for any number of threads.
 
@@ -123,17 +120,17 @@ def bake(
         caster: of that mesh.
         settings: what shines.
         threads: how many to use; None for as many as there are processors.
-        progress: called as ``progress(done, total, what)``.
+        progress: called as ``progress(done, total, what)``, never by two threads at once.
     """
-    stages = 3 + settings.bounces
-    progress(0, stages, WHAT)
+    meter = _Meter(progress)
+    meter.tell(0, "sun")
     sun_lattice = make_lattice(charts, settings.sun_spacing, 1 << 12, _faces_sun(charts, settings))
     sun = _bake_sun(charts, caster, sun_lattice, settings, threads)
+    meter.tell(15, "lamps")
     lattice = make_lattice(charts, settings.soft_spacing, 64)
     every_point, every_normal, chart = lattice_points(charts, lattice)
     one, copies = shared_points(every_point, every_normal)
     points, normals = every_point[one], every_normal[one]
-    progress(1, stages, WHAT)
     ns = lattice.shape[chart, 0]
     place = np.arange(len(chart)) - lattice.first[chart]
     pattern = ((place % ns) % 3 + 3 * ((place // ns) % 3)).astype(np.int32)
@@ -145,26 +142,60 @@ def bake(
     wanted = np.ones(len(chart), bool) if charts.covered else settled(charts, lattice)[2]
     broad = lattice.shape.min(axis=1)[chart[one]] > BROAD
     direct = _lamp_light(points, normals, pattern[one], caster, settings.lamps, threads)
-    progress(2, stages, WHAT)
     back = np.ones(len(points), dtype=np.float32)
     groups = []
-    for member, rays in ((broad, settings.rays), (~broad, max(settings.rays // 4, 1))):
+    few = max(settings.rays // 4, 1)
+    share = broad.sum() * settings.rays / max(broad.sum() * settings.rays + (~broad).sum() * few, 1)
+    middle = 30 + round(55 * float(share))
+    for member, rays, span in ((broad, settings.rays, (30, middle)), (~broad, few, (middle, 85))):
         which = np.flatnonzero(member & wanted[one])
         rays_of = _Rays(points[which], normals[which], pattern[one][which], rays)
-        link, at_once, seen_back = _gather(surface, caster, rays_of, settings.sky_gain, threads)
+        count = meter.over(-(-len(which) // POINTS), span, "light between surfaces")
+        link, at_once, seen_back = _gather(
+            surface, caster, rays_of, settings.sky_gain, threads, count
+        )
         direct[which] += at_once
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
     light = smoothed(lattice, valid, direct[copies])
-    for done in range(settings.bounces):
-        progress(3 + done, stages, WHAT)
+    for bounce in range(settings.bounces):
+        meter.tell(85 + 15 * bounce // settings.bounces, "bounces")
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
         light = smoothed(lattice, valid, total[copies])
-    progress(stages, stages, WHAT)
+    meter.tell(TOTAL, "done")
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
+
+
+class _Meter:
+    """Tells how far the light is, in hundredths."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress, self._lock = progress, Lock()
+
+    def tell(self, done: int, what: str) -> None:
+        """So much is done."""
+        if self._progress is not None:
+            with self._lock:
+                self._progress(done, TOTAL, what)
+
+    def over(self, pieces: int, span: tuple[int, int], what: str) -> Callable[[], None]:
+        """What each of ``pieces`` calls when it is done; together they lead through ``span``."""
+        told, done, lock = span[0], 0, Lock()
+        self.tell(told, what)
+
+        def count() -> None:
+            nonlocal told, done
+            with lock:
+                done += 1
+                now = span[0] + (span[1] - span[0]) * done // max(pieces, 1)
+                if now > told:
+                    told = now
+                    self.tell(now, what)
+
+        return count
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,7 +223,12 @@ class _Rays:
 
 
 def _gather(
-    surface: _Surface, caster: RayCaster, rays: _Rays, sky_gain: float, threads: int | None
+    surface: _Surface,
+    caster: RayCaster,
+    rays: _Rays,
+    sky_gain: float,
+    threads: int | None,
+    count_piece: Callable[[], None],
 ) -> tuple[I4, F4, F4]:
     """Cast every point's rays.
 
@@ -223,6 +259,7 @@ def _gather(
             fine.first, fine.shape, surface.sun, surface.sun_color, sky_gain, count,
             link[first * count : part.stop * count], at_once[part], back[part],
         )  # fmt: skip
+        count_piece()
 
     run_parallel(piece, range(0, total, POINTS), threads)
     return link, at_once, back

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from belvedere.ground.checks import check_integer
 from belvedere.model.building import Building
 from belvedere.model.chart_mesh import charts_of
-from belvedere.model.light import Lamp, LightSettings, Progress, bake, silent
+from belvedere.model.light import Lamp, LightSettings, Progress, bake
 from belvedere.model.photograph import LitModel
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
@@ -34,7 +34,7 @@ def light_model(
     settings: LightSettings | None = None,
     rays: int = 64,
     threads: int | None = None,
-    progress: Progress = silent,
+    progress: Progress | None = None,
 ) -> LitModel:
     """Bake light on any mesh.
 

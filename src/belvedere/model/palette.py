@@ -78,3 +78,50 @@ def make_palette(b: Builder, seed: int, threads: int | None = None) -> Palette:
     m["shade"] = b.material("shade", (0.85, 0.74, 0.55), painted["weave"], (0.80, 0.55, 0.29))
     m["shade_inside"] = b.material("shade_inside", (0.9, 0.85, 0.75), None, (1.0, 0.82, 0.55))
     return m
+
+
+_HOUSE_PLAIN: dict[str, tuple[float, float, float]] = {
+    "white_paint": (0.78, 0.77, 0.73), "lacquer": (0.016, 0.015, 0.016),
+    "enamel": (0.80, 0.80, 0.78), "copper": (0.55, 0.25, 0.14), "chrome": (0.52, 0.53, 0.54),
+    "crystal": (0.62, 0.66, 0.68), "silver": (0.55, 0.58, 0.58), "dark_glass": (0.05, 0.09, 0.05),
+    "block0": (0.55, 0.10, 0.07), "block1": (0.10, 0.20, 0.42), "block2": (0.70, 0.48, 0.08),
+    "roof": (0.16, 0.13, 0.12),
+}  # fmt: skip
+
+_HOUSE_TINTED: dict[str, tuple[str, tuple[float, float, float]]] = {
+    "green_wall": ("plaster", (0.34, 0.42, 0.33)), "rose_wall": ("plaster", (0.72, 0.50, 0.44)),
+    "blue_wall": ("plaster", (0.52, 0.60, 0.68)), "ochre_wall": ("plaster", (0.78, 0.60, 0.34)),
+    "yellow_wall": ("plaster", (0.90, 0.80, 0.50)), "bath_wall": ("bath_tiles", (1.0, 1.0, 1.0)),
+    "door": ("plaster", (0.10, 0.17, 0.14)), "white_cloth": ("weave", (0.90, 0.89, 0.86)),
+    "towel": ("weave", (0.72, 0.80, 0.78)), "facade": ("brick", (1.0, 1.0, 1.0)),
+}  # fmt: skip
+
+
+def add_house_materials(b: Builder, m: Palette, seed: int, threads: int | None = None) -> None:
+    """What the larger houses have besides `make_palette`; adds to ``m``."""
+    recipes = {
+        "checker": lambda r: textures.checker(r, (0.66, 0.64, 0.60), (0.07, 0.075, 0.08)),
+        "bath_tiles": lambda r: textures.bricks(
+            r, (0.76, 0.80, 0.80), (0.42, 0.42, 0.40), 14, 7, 1024, 0.04, 0.03
+        ),
+        "quilt_a": lambda r: textures.patchwork(r, ((0.5, 0.12, 0.1), (0.7, 0.6, 0.42))),
+        "quilt_b": lambda r: textures.patchwork(r, ((0.10, 0.2, 0.36), (0.62, 0.66, 0.66))),
+        "globe": textures.globe,
+    }
+    names = list(recipes)
+    painted = run_parallel(
+        lambda k: recipes[names[k]](np.random.default_rng([seed, 100 + k])),
+        range(len(names)),
+        threads,
+    )
+    images = dict(zip(names, painted, strict=True))
+    for name in ("checker", "quilt_a", "quilt_b", "globe"):
+        m[name] = b.material(name, (1.0, 1.0, 1.0), images[name])
+    m |= {name: b.material(name, color) for name, color in _HOUSE_PLAIN.items()}
+    for name, (texture, color) in _HOUSE_TINTED.items():
+        image = images.get(texture)
+        m[name] = b.material(
+            name, color, b.materials[m[texture]].texture if image is None else image
+        )
+    m["milk_glass"] = b.material("milk_glass", (0.8, 0.78, 0.72), None, (0.85, 0.68, 0.46))
+    m["flame"] = b.material("flame", (0.9, 0.8, 0.6), None, (2.6, 1.6, 0.7))

@@ -189,3 +189,56 @@ def marble(rng: Rng, size: int = 512) -> U1:
     vein = np.abs(np.sin((x + y + 0.35 * bend) * 2.0 * np.pi))
     line = np.clip(1.0 - vein * 4.0, 0.0, 1.0) ** 2
     return finish(tint(0.72 + 0.05 * bend - 0.28 * line, (1.0, 0.98, 0.95)))
+
+
+def checker(
+    rng: Rng, light: tuple[float, float, float], dark: tuple[float, float, float], size: int = 768
+) -> U1:
+    """Two stones laid in turn, four slabs each way, veined and a little uneven in tone."""
+    x, y = axes(size, size)
+    column, row = np.floor(x * 4.0).astype(int), np.floor(y * 4.0).astype(int)
+    bend = fractal_noise(rng, size, size, 5, 5, 6)
+    shift = rng.uniform(0.0, 6.0, (4, 4)).astype(np.float32)[row, column]
+    vein = np.clip(1.0 - np.abs(np.sin((x + 1.7 * y + 0.4 * bend + shift) * 6.3)) * 6.0, 0.0, 1.0)
+    tone = rng.uniform(0.92, 1.06, (4, 4)).astype(np.float32)[row, column] * (1.0 + 0.05 * bend)
+    odd = ((row + column) % 2)[..., None]
+    color = tint(tone * (1.0 - 0.30 * vein), light) * (1 - odd)
+    color = color + (tint(tone, dark) + tint(vein * 0.08, (1.0, 1.0, 1.0))) * odd
+    u, v = x * 4.0 % 1.0, y * 4.0 % 1.0
+    edge = np.minimum(np.minimum(u, 1.0 - u), np.minimum(v, 1.0 - v))
+    joint = band(edge, 0.006, 0.008)[..., None]
+    return finish(color + joint * (np.float32(0.22) - color))
+
+
+def patchwork(
+    rng: Rng, colors: tuple[tuple[float, float, float], ...], size: int = 512, squares: int = 6
+) -> U1:
+    """A quilt of squares with triangles in them, stitched along the seams."""
+    x, y = axes(size, size)
+    u, v = x * squares % 1.0, y * squares % 1.0
+    cell = np.floor(y * squares).astype(int), np.floor(x * squares).astype(int)
+    turn = rng.integers(0, 4, (squares, squares))[cell]
+    a = np.where(turn % 2 == 0, u, 1.0 - u)
+    first = band(a - v, 0.0, 2.0 * squares / size)
+    tone = rng.uniform(0.75, 1.15, (squares, squares)).astype(np.float32)[cell]
+    other = rng.uniform(0.75, 1.15, (squares, squares)).astype(np.float32)[cell]
+    color = tint(tone * first, colors[0]) + tint(other * (1.0 - first), colors[1])
+    edge = np.minimum(np.minimum(u, 1.0 - u), np.minimum(v, 1.0 - v))
+    puff = 0.78 + 0.28 * np.clip(edge * 5.0, 0.0, 1.0) ** 0.5
+    thread = 1.0 + 0.06 * fractal_noise(rng, size, size, 64, 64, 2)
+    return finish(color * (puff * thread)[..., None])
+
+
+def globe(rng: Rng, height: int = 256, width: int = 512) -> U1:
+    """A made-up world: seas, lands by height, ice, and a net of meridians."""
+    x, y = axes(height, width)
+    land = fractal_noise(rng, height, width, 4, 6, 6) - 0.10
+    coast = band(-land, 0.0, 0.03)
+    color = tint(1.0 + 0.1 * land, (0.10, 0.22, 0.32))
+    ground = tint(1.0 - 0.35 * land, (0.50, 0.42, 0.22)) * np.array([1.0, 1.0, 1.0], np.float32)
+    color = color + coast[..., None] * (ground - color)
+    ice = band(np.minimum(y, 1.0 - y), 0.07, 0.02)[..., None]
+    color = color + ice * (np.float32(0.72) - color)
+    u, v = x * 24.0 % 1.0, y * 12.0 % 1.0
+    net = band(np.minimum(np.minimum(u, 1 - u), np.minimum(v, 1 - v)), 0.02, 0.03)[..., None]
+    return finish(color * (1.0 - 0.35 * net))

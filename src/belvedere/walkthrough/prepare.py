@@ -70,6 +70,8 @@ class PrepareOptions:
     """Gathered for each point of light; fewer is quicker and blotchier."""
     seed: int = 0
     """Of a built-in house."""
+    detail: int = 1
+    """Of a built-in house: so many times its polygons, in the same shapes."""
 
     def __post_init__(self) -> None:
         owner = "PrepareOptions"
@@ -259,7 +261,7 @@ def estimate(
     _digest(source)
     began = time.perf_counter()
     progress(0, 2, "looking at the model")
-    mesh, building, path, _ = read_source(source, chosen)
+    mesh, building, _ = read_source(source, chosen)
     progress(1, 2, "looking at the model")
     graph, _ = cells_of(mesh, building, chosen)
     looked = time.perf_counter() - began
@@ -286,7 +288,6 @@ def estimate(
         sides
     )
     pixel = TEXEL_S / thread_count(workers)
-    del path
     return Estimate(
         len(graph.cells), len(graph.portals), chosen.references.count * len(sides),
         int(texels * TEXEL_BYTES + len(mesh.faces) * FACE_BYTES),
@@ -307,32 +308,33 @@ PLACING_RAYS = 24 * 36 * 256
 # ---- tasks: functions of their own, so that workers elsewhere know them --------------------------
 
 
-def read_source(source: str, options: PrepareOptions) -> tuple[Any, Any, Any, list[str]]:
-    """The polygons of a model, what it states of its rooms, its own walk, and what was lost."""
-    from belvedere.model import read_model
+def read_source(source: str, options: PrepareOptions) -> tuple[Any, Any, list[str]]:
+    """The polygons of a model, what it states of its rooms, and what was lost."""
+    from belvedere.model import build_unlit_house, read_model
 
     if _is_built_in(source):
-        mesh, building, path = house_mesh(source.partition(":")[2], options.seed)
-        return mesh, building, path, []
+        house = build_unlit_house(source.partition(":")[2], options.seed, detail=options.detail)
+        return house.mesh, house.plan.building(), []
     found = read_model(source, units=options.units, up=options.up, doors=options.doors)  # type: ignore[arg-type]
-    return found.mesh, found.building, None, list(found.dropped)
+    return found.mesh, found.building, list(found.dropped)
 
 
 def make_model(folder: str, source: str, options: PrepareOptions, threads: int | None) -> None:
     """Read or build the model, light it, and write it for us and for other tools."""
-    from belvedere.model import light_model, save_lit_model, write_glb
+    from belvedere.model import build_house, light_model, save_lit_model, write_glb
 
     here = Path(folder)
     if (here / "model.json").is_file():
         return
     if _is_built_in(source):
         model = build_house(
-            source.partition(":")[2], options.seed, rays=options.rays, threads=threads
-        )
+            source.partition(":")[2], options.seed, detail=options.detail, rays=options.rays,
+            threads=threads,
+        )  # fmt: skip
         building, notes = model.building, []
         model.path.save(here / "path.json")
     else:
-        mesh, building, _, notes = read_source(source, options)
+        mesh, building, notes = read_source(source, options)
         model = light_model(mesh, building, rays=options.rays, threads=threads)
     save_lit_model(here / "model.lit", model)
     write_glb(here / "model.glb", model.mesh, building, force=True)

@@ -47,6 +47,10 @@ class Charts:
     joined: npt.NDArray[np.bool_] | None = None
     """(K,) charts that are pieces of larger surfaces: their corners belong to their neighbours too,
     and light is continuous across them. None: those that are `curved`, light each by itself."""
+    covered: bool = True
+    """Whether faces cover all of every chart but its cutouts."""
+    two_sided: npt.NDArray[np.bool_] | None = None
+    """(K,) which charts are seen from both sides; None for none."""
 
     @property
     def curved(self) -> npt.NDArray[np.bool_]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from belvedere.model.architecture import Palette
@@ -75,8 +77,15 @@ def _leaf(b: Builder, m: Palette, root: F8, tip: F8, width: float, droop: float,
     grid(b, points - np.array([0.0, 0.0, 0.0015]), m[name], uv)
 
 
-def plant(b: Builder, m: Palette, rng: np.random.Generator, height: float, leaves: int) -> None:
-    """Long leaves on stems that fan out from a pot 0.3 m high."""
+def plant(
+    b: Builder,
+    m: Palette,
+    rng: np.random.Generator,
+    height: float,
+    leaves: int,
+    leaf: Callable[[Builder, Palette, F8, F8, float, float, str], None] = _leaf,
+) -> None:
+    """Long leaves on stems that fan out from a pot 0.3 m high; ``leaf`` makes each."""
     pot(b, m, 0.19, 0.32)
     for k in range(leaves):
         angle = k * 2.399963 + rng.uniform(-0.2, 0.2)
@@ -87,7 +96,7 @@ def plant(b: Builder, m: Palette, rng: np.random.Generator, height: float, leave
         knee = root + direction * reach * 0.45 + np.array([0.0, 0.0, top - 0.3])
         tube(b, tuple(root), tuple(knee), (0.008, 0.005), m["stem"], 5)
         tip = knee + direction * reach * 0.95 + np.array([0.0, 0.0, 0.06])
-        _leaf(b, m, knee, tip, rng.uniform(0.10, 0.17), rng.uniform(0.05, 0.18), f"leaf{k % 3}")
+        leaf(b, m, knee, tip, rng.uniform(0.10, 0.17), rng.uniform(0.05, 0.18), f"leaf{k % 3}")
 
 
 def vase(b: Builder, m: Palette, glaze: str, height: float) -> None:

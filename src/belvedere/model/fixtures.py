@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from belvedere.model.architecture import Palette
-from belvedere.model.charts import Builder
+from belvedere.model.charts import F8, Builder
 from belvedere.model.ornament import ball, bar, lathe, ring
 from belvedere.model.shapes import box, cushion, grid, panel, tube
 
@@ -304,16 +304,34 @@ def tree(b: Builder, m: Palette, rng: np.random.Generator, height: float) -> Non
             leaf(b, at, at + way, 0.055, m[f"leaf{(k + n) % 3}"])
 
 
-def leaf(b: Builder, root: np.ndarray, tip: np.ndarray, width: float, material: int) -> None:
+def leaf(b: Builder, root: F8, tip: F8, width: float, material: int) -> None:
     """A pointed leaf that curls down, with two sides."""
+    droop = 0.25 * float(np.linalg.norm(tip - root))
+    _blade(b, root, tip, width, droop, material, 0.8)
+
+
+def long_leaf(
+    b: Builder, m: Palette, root: F8, tip: F8, width: float, droop: float, name: str
+) -> None:
+    """A long leaf for `belvedere.model.decor.plant`."""
+    _blade(b, root, tip, width, droop, m[name], 0.75)
+
+
+def _blade(
+    b: Builder, root: F8, tip: F8, width: float, droop: float, material: int, shape: float
+) -> None:
+    """Two sheets back to back, folded along the rib; each sees only the fronts of others."""
     along = tip - root
     side = np.cross(along, [0.0, 0.0, 1.0])
     side = side / max(float(np.linalg.norm(side)), 1e-9) * width / 2.0
-    s = np.linspace(0.0, 1.0, 5)[:, None]
-    rib = root + along * s - np.array([0.0, 0.0, 0.25 * np.linalg.norm(along)]) * s**2
-    wide = np.sin(np.pi * s**0.8) * 0.97 + 0.03
-    lift = np.array([0.0, 0.0, width * 0.18]) * wide
+    s = np.linspace(0.0, 1.0, 6)[:, None]
+    rib = root + along * s - np.array([0.0, 0.0, droop]) * s**2
+    wide = np.sin(np.pi * s**shape) * 0.97 + 0.03
+    lift = np.array([0.0, 0.0, width * 0.16]) * wide
     points = np.stack([rib - side * wide + lift, rib, rib + side * wide + lift], axis=1)
+    normals = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
+    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)
     uv = np.stack(np.meshgrid(np.array([0.0, 0.5, 1.0]), s[:, 0]), axis=2)
-    grid(b, points[:, ::-1], material, uv)
-    grid(b, points - np.array([0.0, 0.0, 0.0015]), material, uv)
+    grid(b, points + 0.0008 * normals, material, uv, normals)
+    under = (points - 0.0008 * normals)[:, ::-1]
+    grid(b, under, material, uv[:, ::-1], -normals[:, ::-1])

@@ -17,7 +17,7 @@ from belvedere.model.architecture import Palette, Side
 from belvedere.model.charts import Builder
 from belvedere.model.light import Lamp
 from belvedere.model.ornament import ball, cornice, lathe, rail, ring
-from belvedere.model.plan import SIDES, Door, HousePlan, RoomPlan, span_of
+from belvedere.model.plan import SIDES, SLAB, HousePlan, RoomPlan, span_of
 from belvedere.model.shapes import box, tube
 from belvedere.model.space import Space, Spot
 
@@ -69,7 +69,7 @@ def furnish(
 
 
 def _mouldings(f: Furnisher) -> None:
-    cornice(f.b, f.room.rect, f.plan.height, f.m["trim"])
+    cornice(f.b, f.room.rect, f.plan.rise(f.room), f.m["trim"])
     if f.room.kind in ("library", "dining", "hall", "corridor", "study"):
         _dado(f)
 
@@ -83,14 +83,12 @@ def _dado(f: Furnisher) -> None:
     for side in SIDES:
         low, high = span_of(f.room, side)
         gaps = [
-            (a - 0.10, c + 0.10)
-            for a, z0, c, _, what in f.plan.openings_of(f.room, side)
-            if isinstance(what, Door) or z0 < 1.0
+            (a - 0.10, c + 0.10) for a, z0, c, _, _ in f.plan.openings_of(f.room, side) if z0 < 1.0
         ]
         if f.plan.entrance is not None and f.plan.entrance[:2] == (f.room.name, side):
             gaps.append((f.plan.entrance[2] - 0.64, f.plan.entrance[2] + 0.64))
         stair = f.plan.stair
-        if stair is not None and side == "north" and f.room.name in (stair.room, stair.above):
+        if stair is not None and side == "north" and f.room.name == stair.room:
             gaps.append((low, high))
         start = low
         for a, c in [*sorted(gaps), (high, high)]:
@@ -153,7 +151,7 @@ def _curtains(f: Furnisher, side: Side, low: float, high: float, top: float) -> 
 
 def _hang(f: Furnisher) -> None:
     """Pictures, and sconces in passages."""
-    if f.room.kind in ("corridor", "hall", "landing"):
+    if f.room.kind in ("corridor", "hall"):
         for _ in range(3 if f.room.kind == "corridor" else 1):
             spot = f.space.on_wall(0.18, where="any")
             if spot is not None:
@@ -191,7 +189,7 @@ def _picture(f: Furnisher, name: str, width: float, height: float) -> None:
 
 
 def _pendant(f: Furnisher, x: float, y: float, drop: float, power: float, grand: bool) -> None:
-    with f.b.placed(x, y, f.plan.height):
+    with f.b.placed(x, y, f.plan.rise(f.room)):
         if grand:
             fixtures.chandelier(f.b, f.m, drop, 6 + 2 * int(f.rng.integers(2)))
             f.lamp(-drop + 0.12, power, 0.42)
@@ -228,7 +226,7 @@ def _plant(f: Furnisher, big: bool = False) -> None:
             if big:
                 fixtures.tree(f.b, f.m, f.rng, float(f.rng.uniform(1.5, 1.9)))
             else:
-                decor.plant(f.b, f.m, f.rng, float(f.rng.uniform(0.9, 1.4)), 14)
+                decor.plant(f.b, f.m, f.rng, float(f.rng.uniform(0.9, 1.4)), 14, fixtures.long_leaf)
 
 
 def _bookcase(f: Furnisher, width: float, height: float = 2.15) -> bool:
@@ -702,8 +700,25 @@ def _hall(f: Furnisher) -> None:
     _umbrellas(f)
     _plant(f, True)
     x0, y0, x1, y1 = f.room.rect
-    y = (y0 + y1) / 2 - (0.5 if f.plan.stair is not None else 0.0)
-    _pendant(f, (x0 + x1) / 2, y, 0.62, 0.9, True)
+    void = f.plan.void() if f.plan.stair and f.plan.stair.room == f.room.name else None
+    if void is None:
+        _pendant(f, (x0 + x1) / 2, (y0 + y1) / 2, 0.52, 0.9, True)
+        return
+    xg, yg, _, _ = void
+    _pendant(f, (xg + x1) / 2, yg + 0.9, 2.3, 1.6, True)
+    upper = f.plan.height + SLAB
+    for z, x, power in ((f.plan.height, (x0 + x1) / 2, 0.6), (f.plan.rise(f.room), x1 - 1.2, 0.6)):
+        with f.b.placed(x, (y0 + yg) / 2, z):
+            fixtures.ceiling_lamp(f.b, f.m)
+            f.lamp(-0.16, power, 0.26)
+    for y, name, width, height in (
+        (y0 + 0.75, "orchard", 0.5, 0.62),
+        (y1 - 0.7, "fern", 0.4, 0.58),
+    ):
+        with f.b.placed(x0, y, upper + 1.6, 90.0):
+            _picture(f, name, width, height)
+    with f.b.placed(x0 + 4.6, y0, upper + 1.6, 180.0):
+        _picture(f, "seascape", 0.9, 0.6)
 
 
 def _umbrellas(f: Furnisher) -> None:
@@ -739,16 +754,6 @@ def _conservatory(f: Furnisher) -> None:
         _plant(f, k % 2 == 0)
 
 
-def _landing(f: Furnisher) -> None:
-    _bookcase(f, 1.2, 2.0)
-    _console(f)
-    _plant(f)
-    x0, y0, x1, _ = f.room.rect
-    with f.b.placed((x0 + x1) / 2, y0 + 0.9, f.plan.height):
-        fixtures.ceiling_lamp(f.b, f.m)
-        f.lamp(-0.16, 0.9, 0.26)
-
-
 def _flat(f: Furnisher) -> None:
     """Living and cooking in one room."""
     run = f.space.against_wall(2.4, 0.64, 0.92, 0.5, "corner")
@@ -777,7 +782,6 @@ _KINDS: dict[str, Callable[[Furnisher], None]] = {
     "dressing": _dressing,
     "corridor": _corridor,
     "hall": _hall,
-    "landing": _landing,
     "conservatory": _conservatory,
     "flat": _flat,
 }

@@ -8,83 +8,71 @@ a house in ten times as many polygons has the same light.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from belvedere.ground.checks import check_choice, check_integer
 from belvedere.model.building import Building
+from belvedere.model.charts import Charts
 from belvedere.model.furnishing import furnish
-from belvedere.model.house_plans import PLANS, POLYGONS, TOURS
-from belvedere.model.house_walk import plan_walk, spread
-from belvedere.model.light import LightSettings, bake
+from belvedere.model.house_plans import HOUSES, HouseKind
+from belvedere.model.house_walk import recorded_walk
+from belvedere.model.light import Lamp, LightSettings, Progress, bake
 from belvedere.model.palette import add_house_materials, make_palette
 from belvedere.model.photograph import LitModel
-from belvedere.model.plan import build_shell
+from belvedere.model.plan import HousePlan, build_shell
 from belvedere.model.raycast import RayCaster
 from belvedere.model.smooth import SmoothBuilder
-from belvedere.model.walk import Pose
+from belvedere.scene import CameraPath
+from belvedere.scene.mesh import Mesh
 
-HouseKind = Literal["flat", "brooks", "haunted"]
-"""A flat of two rooms; 19 rooms on one floor; seven rooms on two."""
 MOST_DETAIL = 20
+MOST_RAYS = 4096
+
+__all__ = ["HOUSES", "House", "HouseKind", "UnlitHouse", "build_house", "build_unlit_house"]
 
 
 @dataclass(frozen=True, eq=False)
 class House(LitModel):
     """A built-in house, lit and ready to be photographed and walked through."""
 
-    building: Building
-    """Its rooms and openings."""
-    kind: HouseKind = "flat"
-    """Which plan."""
+    building: Building = field(default_factory=lambda: Building(()))
+    """Its rooms, whose outlines are the inner faces of the walls, and the openings between them,
+    rectangles in the middle of the wall."""
+    path: CameraPath = field(kw_only=True)
+    """The recorded walk: through most rooms at an even pace, eyes 1.6 m above the floor."""
+    name: str = "flat"
+    """Which of `HOUSES`."""
     seed: int = 0
     """What textures and furniture were drawn from."""
-    way: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
-    """(N, 6) eye and target of the recorded walk, closely spaced."""
-
-    def walk_keyframes(self, count: int = 520) -> list[Pose]:
-        """(eye, target) poses at an even pace through most rooms, at eye height above the floor.
-
-        Raises:
-            InputError: count is not from 2 to 10000.
-        """
-        count = check_integer("walk_keyframes", "count", count, 2, 10_000)
-        return [
-            ((float(p[0]), float(p[1]), float(p[2])), (float(p[3]), float(p[4]), float(p[5])))
-            for p in spread(self.way, count)
-        ]
 
 
-def build_house(
-    kind: HouseKind = "flat",
-    seed: int = 0,
-    detail: int = 1,
-    *,
-    rays: int = 192,
-    threads: int | None = None,
-) -> House:
-    """Build, furnish and light a house; the same bytes for any number of threads.
+@dataclass(frozen=True, eq=False)
+class UnlitHouse:
+    """A built-in house before the light is baked."""
 
-    Args:
-        kind: ``"flat"`` (2 rooms, 80,000 polygons), ``"brooks"`` (19 rooms, 52 openings, 528,000)
-            or ``"haunted"`` (7 rooms on two floors, 12 openings, 214,000).
-        seed: changes textures and furniture, not the plan.
-        detail: times that many polygons: the same shapes and light, cut finer.
-        rays: gathered per light map point; fewer is quicker and blotchier.
-        threads: how many to use; None for as many as there are processors.
+    mesh: Mesh
+    """Its polygons, as many as the detail asks for."""
+    charts: Charts
+    """Where light is stored on them."""
+    cage: Mesh
+    """The coarse polygons on whose charts, in the same order, light is baked."""
+    cage_charts: Charts
+    """Charts of the cage: those of `charts`."""
+    lamps: tuple[Lamp, ...]
+    """The lamps of its rooms."""
+    plan: HousePlan
+    """Its rooms, doors, windows and stair."""
 
-    Raises:
-        InputError: an unknown kind; a seed that is not a whole number from 0 to 2**31 - 1; detail
-            not 1 to 20; rays not 4 to 4096.
-        MissingDependencyError: embreex is not installed.
-    """
-    check_choice("build_house", "kind", kind, tuple(PLANS))
+
+def build_unlit_house(
+    name: str = "flat", seed: int = 0, *, detail: int = 1, threads: int | None = None
+) -> UnlitHouse:
+    """Build and furnish a house without baking its light; see `build_house`."""
+    check_choice("build_house", "name", name, tuple(HOUSES))
     seed = check_integer("build_house", "seed", seed, 0, 2**31 - 1)
     detail = check_integer("build_house", "detail", detail, 1, MOST_DETAIL)
-    rays = check_integer("build_house", "rays", rays, 4, 4096)
-    plan = PLANS[kind]()
+    plan = HOUSES[name].plan()
     b = SmoothBuilder()
     m = make_palette(b, seed, threads)
     add_house_materials(b, m, seed, threads)
@@ -92,9 +80,40 @@ def build_house(
     lamps = []
     for k, room in enumerate(plan.rooms):
         lamps += furnish(b, m, plan, room, np.random.default_rng([seed, 2000 + k]))
-    settings = LightSettings(lamps=tuple(lamps), rays=rays)
-    cage, charts = b.finish()
-    light = bake(cage, charts, RayCaster(cage), settings, threads)
-    way = plan_walk(plan, cage, TOURS[kind])
-    mesh, charts = b.refined(POLYGONS[kind] * detail)
-    return House(mesh, charts, light, plan.building(), kind, seed, way)
+    return UnlitHouse(*b.refined(HOUSES[name].polygons * detail), *b.finish(), tuple(lamps), plan)
+
+
+def build_house(
+    name: str = "flat",
+    seed: int = 0,
+    *,
+    detail: int = 1,
+    rays: int = 64,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> House:
+    """Build, furnish and light a house; the same bytes for any number of threads.
+
+    Args:
+        name: ``"flat"`` (2 rooms, 80,000 polygons), ``"bungalow"`` (19 rooms, 52 openings,
+            528,000) or ``"villa"`` (7 rooms on two storeys, 12 openings, 214,000).
+        seed: changes textures and furniture, not the plan.
+        detail: times that many polygons: the same shapes and light, cut finer.
+        rays: gathered per light map point; fewer is quicker and blotchier.
+        threads: how many to use; None for as many as there are processors.
+        progress: called as ``progress(done, total, what)`` while the light is baked.
+
+    Raises:
+        InputError: an unknown name; a seed that is not a whole number from 0 to 2**31 - 1; detail
+            not 1 to 20; rays not 4 to 4096.
+        MissingDependencyError: embreex is not installed.
+    """
+    rays = check_integer("build_house", "rays", rays, 4, MOST_RAYS)
+    unlit = build_unlit_house(name, seed, detail=detail, threads=threads)
+    caster = RayCaster(unlit.cage)
+    settings = LightSettings(lamps=unlit.lamps, rays=rays)
+    light = bake(unlit.cage, unlit.cage_charts, caster, settings, threads, progress)
+    path = recorded_walk(unlit.plan, HOUSES[name].tour, caster)
+    return House(
+        unlit.mesh, unlit.charts, light, unlit.plan.building(), path=path, name=name, seed=seed
+    )

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from belvedere.model.plan import Door, HousePlan, RoomPlan, Stair, Window
 
 _FINISHES: dict[str, tuple[str, str, float]] = {
     "living": ("cream_wall", "planks", 0.5), "library": ("green_wall", "planks", 0.5),
     "dining": ("rose_wall", "planks", 0.5), "kitchen": ("sage_wall", "tiles", 1.0),
-    "bedroom": ("blue_wall", "planks", 0.5), "chamber": ("ochre_wall", "planks", 0.5),
-    "guest": ("cream_wall", "planks", 0.5),
+    "bedroom": ("blue_wall", "planks", 0.5), "guest": ("cream_wall", "planks", 0.5),
+    "chamber": ("ochre_wall", "planks", 0.5),
     "bath": ("bath_wall", "checker", 0.8), "study": ("green_wall", "planks", 0.5),
     "music": ("ochre_wall", "planks", 0.5), "nursery": ("yellow_wall", "planks", 0.5),
     "store": ("white_wall", "tiles", 1.0), "dressing": ("rose_wall", "planks", 0.5),
     "corridor": ("white_wall", "planks", 0.5), "hall": ("white_wall", "checker", 0.8),
-    "landing": ("cream_wall", "planks", 0.5), "conservatory": ("sage_wall", "tiles", 1.0),
+    "conservatory": ("sage_wall", "tiles", 1.0),
     "flat": ("cream_wall", "planks", 0.5),
 }  # fmt: skip
 
@@ -45,7 +48,7 @@ def _flat_plan() -> HousePlan:
     )
 
 
-def _brooks_plan() -> HousePlan:
+def _bungalow_plan() -> HousePlan:
     """Nineteen rooms on one floor, along a passage; 28 doors and openings, 24 windows.
 
     y=12.4 +--------+-----+-------+----------+--------+--------+-----+-------+
@@ -139,60 +142,78 @@ def _brooks_plan() -> HousePlan:
     )
 
 
-def _haunted_plan() -> HousePlan:
-    """Seven rooms on two floors: seven ways, one of them the well of the stair, and five windows.
+def _villa_plan() -> HousePlan:
+    """Seven rooms on two floors round a hall two storeys high; six doors and six windows.
 
-    y=9.2 +------------------+----------+     +------------------+----------+
-          | hall   <- stair  | kitchen  |     | landing    well  | study    |
-    y=5   +--------+---------+----------+     +------------------+----------+
-          | parlour          | dining   |     | bedroom                     |
-    y=0   +------------------+----------+     +-----------------------------+
-          x=0               6.6       11.6
+    y=9.2 +------------------+----------+     +--+---------------+----------+
+          | hall   <- stair  | kitchen  |     |ga|     void      | study    |
+          |                  |          |     |llery - - - - - - |          |
+    y=4.6 +--------+---------+----------+     +------------------+--+-------+
+          | parlour          | dining   |     | bedroom             |dressing
+    y=0   +------------------+----------+     +---------------------+-------+
+          x=0               6.6       11.6                         8.2
     """
     rooms = (
-        RoomPlan("hall", "hall", (0.0, 4.6, 6.6, 9.2)),
+        RoomPlan("hall", "hall", (0.0, 4.6, 6.6, 9.2), 0, 2),
         RoomPlan("parlour", "living", (0.0, 0.0, 6.6, 4.6)),
         RoomPlan("dining room", "dining", (6.6, 0.0, 11.6, 4.6)),
         RoomPlan("kitchen", "kitchen", (6.6, 4.6, 11.6, 9.2)),
-        RoomPlan("landing", "landing", (0.0, 4.6, 6.6, 9.2), 1),
-        RoomPlan("bedroom", "chamber", (0.0, 0.0, 11.6, 4.6), 1),
+        RoomPlan("bedroom", "chamber", (0.0, 0.0, 8.2, 4.6), 1),
         RoomPlan("study", "study", (6.6, 4.6, 11.6, 9.2), 1),
+        RoomPlan("dressing room", "dressing", (8.2, 0.0, 11.6, 4.6), 1),
     )
     doors = (
         Door(("hall", "parlour"), 3.0, 1.5, WIDE, "opening"),
         Door(("parlour", "dining room"), 2.4, 1.3, WIDE, "opening"),
-        Door(("dining room", "kitchen"), 9.4),
-        Door(("landing", "bedroom"), 2.0),
-        Door(("landing", "study"), 6.0),
-        Door(("study", "bedroom"), 9.4),
+        Door(("hall", "kitchen"), 5.6),
+        Door(("hall", "bedroom"), 3.0),
+        Door(("hall", "study"), 5.35),
+        Door(("study", "dressing room"), 9.9),
     )
     windows = (
+        Window("hall", "west", 6.9, 1.8, 3.5, 5.2, (3, 4)),
         Window("parlour", "south", 3.3, 2.2, panes=(3, 3)),
         Window("dining room", "south", 9.1, 1.9),
         Window("kitchen", "east", 6.9, 1.6, 1.0),
-        Window("bedroom", "south", 5.8, 2.4, panes=(4, 3)),
+        Window("bedroom", "south", 4.1, 2.4, panes=(4, 3)),
         Window("study", "east", 6.9, 1.6),
     )
     return HousePlan(
-        rooms,
-        doors,
-        windows,
-        2.7,
-        Stair("hall", "landing", 5.6),
-        ("hall", "west", 6.2),
-        _FINISHES,
+        rooms, doors, windows, 2.7, Stair("hall", 5.6, 6.05), ("hall", "west", 6.2), _FINISHES
     )
 
 
-PLANS = {"flat": _flat_plan, "brooks": _brooks_plan, "haunted": _haunted_plan}
-"""Plans by kind."""
-POLYGONS = {"flat": 80_000, "brooks": 528_000, "haunted": 214_000}
-"""Polygons of each kind at detail 1."""
-TOURS: dict[str, tuple[str, ...]] = {
-    "flat": ("living room", "bedroom"),
-    "haunted": ("kitchen", "dining room", "parlour", "hall", "landing", "study", "bedroom"),
-    "brooks": ("living room", "library", "entrance", "inner hall", "music room", "study",
-               "east passage", "nursery", "second bathroom", "guest room", "laundry",
-               "conservatory", "kitchen", "dining room"),
+@dataclass(frozen=True, slots=True)
+class HouseKind:
+    """A house that can be built."""
+
+    title: str
+    """What it is, in a line."""
+    plan: Callable[[], HousePlan]
+    """Its rooms."""
+    polygons: int
+    """At detail 1, within 1 %."""
+    tour: tuple[str, ...]
+    """Rooms in the order in which the recorded walk visits them."""
+
+
+HOUSES: dict[str, HouseKind] = {
+    "flat": HouseKind(
+        "two rooms", _flat_plan, 80_000, ("living room", "bedroom", "living room")
+    ),
+    "bungalow": HouseKind(
+        "19 rooms on one storey, 52 doors, windows and openings",
+        _bungalow_plan,
+        528_000,
+        ("living room", "library", "entrance", "inner hall", "music room", "study",
+         "east passage", "nursery", "second bathroom", "guest room", "laundry", "conservatory",
+         "kitchen", "dining room"),
+    ),
+    "villa": HouseKind(
+        "7 rooms on two storeys, 12 doors, windows and openings",
+        _villa_plan,
+        214_000,
+        ("dining room", "parlour", "kitchen", "hall", "bedroom", "study", "dressing room"),
+    ),
 }  # fmt: skip
-"""Rooms in the order in which the recorded walk visits them, through no door twice."""
+"""The built-in houses by name."""

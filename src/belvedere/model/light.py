@@ -7,7 +7,9 @@ meet is kept, so that each further bounce is one pass over those links instead o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +23,7 @@ from belvedere.model.lattice import (
     in_cutouts,
     lattice_points,
     make_lattice,
+    settled,
     shared_points,
     smoothed,
 )
@@ -31,6 +34,10 @@ F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
 
+Progress = Callable[[int, int, str], None]
+"""``progress(done, total, what)``."""
+TOTAL = 100
+"""Steps of the progress that `bake` tells."""
 PATTERNS = 9
 """Neighbouring lattice points use different parts of one sample set, smoothed over 3x3 points."""
 POINTS = 256
@@ -69,6 +76,9 @@ class LightSettings:
     """How much more light the sky gives than it shows: a photographer would expose it so."""
     lamps: tuple[Lamp, ...] = ()
     """The lamps."""
+    emissive: bool = False
+    """Whether glowing materials light what is round them; the lamps of the built-in interior have
+    glowing shades, and their light is counted already."""
     rays: int = 192
     """Rays gathered per lattice point of walls and floors; small things get a quarter."""
     bounces: int = 4
@@ -101,6 +111,7 @@ def bake(
     caster: RayCaster,
     settings: LightSettings,
     threads: int | None = None,
+    progress: Progress | None = None,
 ) -> LightMap:
     """Light the charts of a mesh; the same for any number of threads.
 
@@ -110,9 +121,13 @@ def bake(
         caster: of that mesh.
         settings: what shines.
         threads: how many to use; None for as many as there are processors.
+        progress: called as ``progress(done, total, what)``, never by two threads at once.
     """
+    meter = _Meter(progress)
+    meter.tell(0, "sun")
     sun_lattice = make_lattice(charts, settings.sun_spacing, 1 << 12, _faces_sun(charts, settings))
     sun = _bake_sun(charts, caster, sun_lattice, settings, threads)
+    meter.tell(15, "lamps")
     lattice = make_lattice(charts, settings.soft_spacing, 64)
     every_point, every_normal, chart = lattice_points(charts, lattice)
     one, copies = shared_points(every_point, every_normal)
@@ -122,33 +137,72 @@ def bake(
     pattern = ((place % ns) % 3 + 3 * ((place // ns) % 3)).astype(np.int32)
     surface = _Surface(
         charts, chart_albedo(mesh, charts), lattice, sun_lattice, sun,
-        np.asarray(settings.sun_color, dtype=np.float32),
+        np.asarray(settings.sun_color, dtype=np.float32), _emission(mesh, charts, settings),
+        np.zeros(len(charts.material), bool) if charts.two_sided is None else charts.two_sided,
     )  # fmt: skip
+    wanted = np.ones(len(chart), bool) if charts.covered else settled(charts, lattice)[2]
     broad = lattice.shape.min(axis=1)[chart[one]] > BROAD
     direct = _lamp_light(points, normals, pattern[one], caster, settings.lamps, threads)
-    back = np.empty(len(points), dtype=np.float32)
+    back = np.ones(len(points), dtype=np.float32)
     groups = []
-    for member, rays in ((broad, settings.rays), (~broad, max(settings.rays // 4, 1))):
-        which = np.flatnonzero(member)
+    few = max(settings.rays // 4, 1)
+    share = broad.sum() * settings.rays / max(broad.sum() * settings.rays + (~broad).sum() * few, 1)
+    middle = 30 + round(55 * float(share))
+    for member, rays, span in ((broad, settings.rays, (30, middle)), (~broad, few, (middle, 85))):
+        which = np.flatnonzero(member & wanted[one])
         rays_of = _Rays(points[which], normals[which], pattern[one][which], rays)
-        link, at_once, seen_back = _gather(surface, caster, rays_of, settings.sky_gain, threads)
+        count = meter.over(-(-len(which) // POINTS), span, "light between surfaces")
+        link, at_once, seen_back = _gather(
+            surface, caster, rays_of, settings.sky_gain, threads, count
+        )
         direct[which] += at_once
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
     joined = None if charts.joined is None else charts.joined[chart]
 
-    def settled(seen: F4) -> F4:
+    def spread(seen: F4) -> F4:
         smooth = smoothed(lattice, valid, seen[copies])
         return smooth if joined is None else blended(smooth, copies, joined)
 
-    light = settled(direct)
-    for _ in range(settings.bounces):
+    light = spread(direct)
+    for bounce in range(settings.bounces):
+        meter.tell(85 + 15 * bounce // settings.bounces, "bounces")
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
-        light = settled(total)
+        light = spread(total)
+    meter.tell(TOTAL, "done")
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
+
+
+class _Meter:
+    """Tells how far the light is, in hundredths."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress, self._lock = progress, Lock()
+
+    def tell(self, done: int, what: str) -> None:
+        """So much is done."""
+        if self._progress is not None:
+            with self._lock:
+                self._progress(done, TOTAL, what)
+
+    def over(self, pieces: int, span: tuple[int, int], what: str) -> Callable[[], None]:
+        """What each of ``pieces`` calls when it is done; together they lead through ``span``."""
+        told, done, lock = span[0], 0, Lock()
+        self.tell(told, what)
+
+        def count() -> None:
+            nonlocal told, done
+            with lock:
+                done += 1
+                now = span[0] + (span[1] - span[0]) * done // max(pieces, 1)
+                if now > told:
+                    told = now
+                    self.tell(now, what)
+
+        return count
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,6 +215,8 @@ class _Surface:
     sun_lattice: Lattice
     sun: F4
     sun_color: F4
+    emission: F4
+    two_sided: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,7 +230,12 @@ class _Rays:
 
 
 def _gather(
-    surface: _Surface, caster: RayCaster, rays: _Rays, sky_gain: float, threads: int | None
+    surface: _Surface,
+    caster: RayCaster,
+    rays: _Rays,
+    sky_gain: float,
+    threads: int | None,
+    count_piece: Callable[[], None],
 ) -> tuple[I4, F4, F4]:
     """Cast every point's rays.
 
@@ -201,10 +262,11 @@ def _gather(
         hit = caster.cast_piece(origins, directions)
         _light_kernels.gather_hits(
             hit["primID"], hit["u"], hit["v"], directions, charts.of_face, charts.st, front,
-            surface.albedo, soft.first, soft.shape, fine.first, fine.shape, surface.sun,
-            surface.sun_color, sky_gain, count, link[first * count : part.stop * count],
-            at_once[part], back[part],
+            surface.albedo, surface.emission, surface.two_sided, soft.first, soft.shape,
+            fine.first, fine.shape, surface.sun, surface.sun_color, sky_gain, count,
+            link[first * count : part.stop * count], at_once[part], back[part],
         )  # fmt: skip
+        count_piece()
 
     run_parallel(piece, range(0, total, POINTS), threads)
     return link, at_once, back
@@ -234,7 +296,19 @@ def chart_albedo(mesh: Mesh, charts: Charts) -> F4:
         * (1.0 if m.texture is None else color_to_linear(m.texture).mean(axis=(0, 1)))
         for m in mesh.materials
     ]
-    return np.asarray(mean, dtype=np.float32)[charts.material]
+    albedo = np.asarray(mean, dtype=np.float32)[charts.material]
+    if mesh.colors is not None:
+        count = np.maximum(np.bincount(charts.of_face, minlength=len(albedo)), 1)
+        for c in range(3):
+            total = np.bincount(charts.of_face, mesh.colors[..., c].mean(axis=1), len(albedo))
+            albedo[:, c] *= total / count
+    return albedo
+
+
+def _emission(mesh: Mesh, charts: Charts, settings: LightSettings) -> F4:
+    """(K, 3) what each chart gives off into the room."""
+    glow = np.array([m.emission for m in mesh.materials], dtype=np.float32).reshape(-1, 3)
+    return glow[charts.material] if settings.emissive else np.zeros_like(glow[charts.material])
 
 
 def _to_sun(settings: LightSettings) -> F8:

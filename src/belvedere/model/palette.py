@@ -102,7 +102,7 @@ def add_house_materials(b: Builder, m: Palette, seed: int, threads: int | None =
     recipes = {
         "checker": lambda r: textures.checker(r, (0.66, 0.64, 0.60), (0.07, 0.075, 0.08)),
         "bath_tiles": lambda r: textures.bricks(
-            r, (0.76, 0.80, 0.80), (0.42, 0.42, 0.40), 20, 10, 1024, 0.04, 0.03
+            r, (0.76, 0.80, 0.80), (0.42, 0.42, 0.40), 14, 7, 1024, 0.04, 0.03
         ),
         "quilt_a": lambda r: textures.patchwork(r, ((0.5, 0.12, 0.1), (0.7, 0.6, 0.42))),
         "quilt_b": lambda r: textures.patchwork(r, ((0.10, 0.2, 0.36), (0.62, 0.66, 0.66))),

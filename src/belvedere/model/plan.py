@@ -28,6 +28,9 @@ ROOF = 0.24
 EAVES = 0.35
 """How far the roof reaches past the outer walls."""
 
+WALL_SCALE = {"bath_wall": 1.3}
+"""Texture repeats per metre where they are not 0.5."""
+STOREYS = ("ground floor", "upper floor")
 SIDES: tuple[Side, ...] = ("north", "south", "east", "west")
 
 
@@ -79,6 +82,8 @@ class RoomPlan:
     """(x0, y0, x1, y1) middle lines of its walls."""
     storey: int = 0
     """0 for the lowest."""
+    storeys: int = 1
+    """How many it is high: 2 for a hall with a gallery."""
 
     @property
     def rect(self) -> Rect:
@@ -90,14 +95,17 @@ class RoomPlan:
 
 @dataclass(frozen=True, slots=True)
 class Stair:
-    """A straight stair that climbs towards -x along a room's north wall, and its well above."""
+    """A straight stair that climbs towards -x along the north wall of a hall two storeys high.
+
+    It ends on a gallery that runs along the west and the south wall.
+    """
 
     room: str
     """Where it stands."""
-    above: str
-    """The room it leads to."""
     foot: float
     """x of the first riser."""
+    gallery: float
+    """y of the gallery's edge."""
     width: float = 1.0
     """Metres."""
     going: float = 0.265
@@ -133,6 +141,14 @@ class HousePlan:
         """Height of a room's floor."""
         return room.storey * (self.height + SLAB)
 
+    def rise(self, room: RoomPlan) -> float:
+        """From a room's floor to its ceiling."""
+        return room.storeys * (self.height + SLAB) - SLAB
+
+    def level(self, door: Door) -> float:
+        """Height of the floor on which one walks through a door."""
+        return max(self.base(self.room(name)) for name in door.rooms)
+
     def door_wall(self, door: Door) -> tuple[Literal["x", "y"], float]:
         """The axis along which a door's wall runs, and where its middle line lies."""
         a, c = (self.room(name).lines for name in door.rooms)
@@ -142,10 +158,6 @@ class HousePlan:
                     return ("y", one[k + 2]) if axis == "y" else ("x", one[k + 2])
         raise AssertionError(f"{door.rooms} share no wall")
 
-    def holes(self, room: RoomPlan, side: Side) -> list[Rect]:
-        """(low, z0, high, z1) of the openings of one wall, heights from the floor."""
-        return [(low, z0, high, z1) for low, z0, high, z1, _ in self.openings_of(room, side)]
-
     def openings_of(
         self, room: RoomPlan, side: Side
     ) -> list[tuple[float, float, float, float, Door | Window]]:
@@ -153,8 +165,8 @@ class HousePlan:
         found: list[tuple[float, float, float, float, Door | Window]] = []
         for door in self.doors:
             if room.name in door.rooms and self._side_of(room, door) == side:
-                half = door.width / 2.0
-                found.append((door.at - half, 0.0, door.at + half, door.height, door))
+                half, z0 = door.width / 2.0, self.level(door) - self.base(room)
+                found.append((door.at - half, z0, door.at + half, z0 + door.height, door))
         for window in self.windows:
             if window.room == room.name and window.side == side:
                 half = window.width / 2.0
@@ -168,15 +180,17 @@ class HousePlan:
             return "south" if abs(y0 - at) < 1e-9 else "north"
         return "west" if abs(x0 - at) < 1e-9 else "east"
 
-    def well(self) -> Rect | None:
-        """(x0, y0, x1, y1) of the hole in the floor above the stair."""
+    def void(self) -> Rect | None:
+        """(x0, y0, x1, y1) of the hall that no gallery covers; the stair lies along its north."""
         if self.stair is None:
             return None
-        s, (_, _, _, y1) = self.stair, self.room(self.stair.room).rect
-        steps = self.steps()
-        top = s.foot - (steps - 1) * s.going
-        first = s.foot - max((self.height - 2.05) / s.riser - 1.0, 0.0) * s.going
-        return top, y1 - s.width - 0.03, first, y1
+        _, _, x1, y1 = self.room(self.stair.room).rect
+        return self.stair.foot - (self.steps() - 1) * self.stair.going, self.stair.gallery, x1, y1
+
+    @property
+    def level_above(self) -> float:
+        """Height of the upper storey's floor."""
+        return self.height + SLAB
 
     def steps(self) -> int:
         """Risers of the stair."""
@@ -193,32 +207,26 @@ class HousePlan:
     def building(self) -> Building:
         """What the house states about itself."""
         rooms = []
+        several = any(room.storey for room in self.rooms)
         for room in self.rooms:
             x0, y0, x1, y1 = room.rect
             ring = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
             z = self.base(room)
-            storey = ("ground floor", "upper floor")[room.storey]
-            rooms.append(Room(room.name, (ring,), z, z + self.height, storey))
+            storey = STOREYS[room.storey] if several else ""
+            rooms.append(Room(room.name, (ring,), z, z + self.rise(room), storey))
         return Building(tuple(rooms), (*self._door_openings(), *self._window_openings()))
 
     def _door_openings(self) -> list[Opening]:
         found = []
         for door in self.doors:
             axis, at = self.door_wall(door)
-            z0 = self.base(self.room(door.rooms[0]))
+            z0 = self.level(door)
             low, high, z1 = door.at - door.width / 2, door.at + door.width / 2, z0 + door.height
             flat = [(low, at), (high, at), (high, at), (low, at)]
             if axis == "y":
                 flat = [(y, x) for x, y in flat]
             corners = np.array([(*p, z) for p, z in zip(flat, (z0, z0, z1, z1), strict=True)])
             found.append(Opening(" - ".join(door.rooms), door.kind, corners, door.rooms))
-        well = self.well()
-        if self.stair is not None and well is not None:
-            x0, y0, x1, y1 = well
-            z = self.height + SLAB / 2.0
-            corners = np.array([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)])
-            sides = self.stair.room, self.stair.above
-            found.append(Opening("stairwell", "opening", corners, sides))
         return found
 
     def _window_openings(self) -> list[Opening]:
@@ -238,7 +246,7 @@ class HousePlan:
 
 
 def _wall_at(room: RoomPlan, side: Side) -> float:
-    """Coordinate of a wall's inner face: y (north, south) or x (east, west)."""
+    """Y (north, south) or x (east, west) of a wall's inner face."""
     x0, y0, x1, y1 = room.rect
     return {"north": y1, "south": y0, "east": x1, "west": x0}[side]
 
@@ -260,31 +268,28 @@ def build_shell(b: Builder, m: Palette, plan: HousePlan) -> None:
             _room_shell(b, m, plan, room)
     for door in plan.doors:
         axis, at = plan.door_wall(door)
-        with b.placed(0.0, 0.0, plan.base(plan.room(door.rooms[0]))):
+        with b.placed(0.0, 0.0, plan.level(door)):
             low, high = door.at - door.width / 2.0, door.at + door.width / 2.0
             faces = (at - HALF_WALL, at + HALF_WALL)
             arch.doorway(b, m, axis, faces, (low, high), door.height)
     _outside(b, m, plan)
     _front_door(b, m, plan)
-    _stair(b, m, plan)
+    _hall(b, m, plan)
 
 
 def _room_shell(b: Builder, m: Palette, plan: HousePlan, room: RoomPlan) -> None:
     wall, floor, repeats = plan.finishes[room.kind]
-    stair = plan.stair
-    opens_up = stair is not None and stair.room == room.name
-    opens_down = stair is not None and stair.above == room.name
-    well = plan.well()
     x0, y0, x1, y1 = room.rect
-    _level(b, (x0, y0, x1, y1), 0.0, m[floor], repeats, well if opens_down else None)
+    _level(b, (x0, y0, x1, y1), 0.0, m[floor], repeats)
     grow = HALF_WALL - 1e-3  # ceilings reach into the walls: no light comes in over them
     over = (x0 - grow, y0 - grow, x1 + grow, y1 + grow)
-    _level(b, over, plan.height, m["ceiling"], 0.5, well if opens_up else None, up=False)
+    rise = plan.rise(room)
+    _level(b, over, rise, m["ceiling"], 0.5, up=False)
     for side in SIDES:
         at, span, found = _wall_at(room, side), span_of(room, side), plan.openings_of(room, side)
         holes = [hole[:4] for hole in found]
-        arch.wall(b, side, at, span, (0.0, plan.height), m[wall], holes)
-        gaps = [(h[0] - 0.09, h[2] + 0.09) for h in found if isinstance(h[4], Door)]
+        arch.wall(b, side, at, span, (0.0, rise), m[wall], holes, WALL_SCALE.get(wall, 0.5))
+        gaps = [(h[0] - 0.09, h[2] + 0.09) for h in found if h[1] < 0.1]
         if plan.entrance is not None and plan.entrance[:2] == (room.name, side):
             gaps.append((plan.entrance[2] - 0.72, plan.entrance[2] + 0.72))
         arch.skirting(b, m, side, at, span, gaps)
@@ -308,7 +313,6 @@ def _level(
     holes: list[Rect] = []
     if hole is not None:
         a, c, e, f = hole
-        f = min(f, y1)
         holes = [(a - x0, c - y0, e - x0, f - y0) if up else (a - x0, y1 - f, e - x0, y1 - c)]
     cells = arch.cells_around(x1 - x0, y1 - y0, holes)
     if not up:
@@ -351,16 +355,30 @@ def _front_door(b: Builder, m: Palette, plan: HousePlan) -> None:
             box(b, (a, -0.05, z0), (c, 0.0, z1), m["trim"], 0.5, "+y")
 
 
-def _stair(b: Builder, m: Palette, plan: HousePlan) -> None:
-    """The stair, the lining of its well and the railing round it."""
-    well, s = plan.well(), plan.stair
-    if s is None or well is None:
+def _hall(b: Builder, m: Palette, plan: HousePlan) -> None:
+    """The stair, the gallery to which it leads, and the railing along its edges."""
+    void, s = plan.void(), plan.stair
+    if s is None or void is None:
         return
-    x0, y0, x1, y1 = well
-    steps, going = plan.steps(), s.going
-    arch.stair(b, m, (s.foot, y1 - s.width), s.width, steps, (plan.height + SLAB) / steps, going)
-    box(b, (x0, y0, plan.height), (x1, y1, plan.height + SLAB), m["trim"], 0.5, "-z +z", True)
-    upper = plan.height + SLAB
-    box(b, (x0 - 0.06, y0, upper - 0.04), (x0 + 0.02, y1, upper + 0.001), m["oak"], 0.8, "-x")
-    arch.railing(b, m, (x0 + 0.06, y0 - 0.06), (x1 + 0.06, y0 - 0.06), upper)
-    arch.railing(b, m, (x1 + 0.06, y0 - 0.06), (x1 + 0.06, y1 - 0.05), upper)
+    room = plan.room(s.room)
+    xg, yg, x1, y1 = void
+    steps, upper = plan.steps(), plan.height + SLAB
+    arch.stair(b, m, (s.foot, y1 - s.width), s.width, steps, upper / steps, s.going)
+    grow = HALF_WALL - 1e-3
+    _level(b, room.rect, upper, m["planks"], 0.5, void)
+    x0, y0, _, _ = room.rect
+    under = (x0 - grow, y0 - grow, x1, y1)
+    _level(b, under, plan.height, m["ceiling"], 0.5, void, up=False)
+    for low, high in (((xg, yg - 0.02), (x1, yg)), ((xg - 0.02, yg - 0.02), (xg, y1))):
+        box(b, (*low, plan.height - 0.02), (*high, upper + 0.004), m["oak"], 0.6)
+    arch.railing(b, m, (xg - 0.07, yg - 0.07), (x1 - 0.05, yg - 0.07), upper)
+    arch.railing(b, m, (xg - 0.07, yg - 0.07), (xg - 0.07, y1 - s.width), upper)
+    with b.placed(0.0, 0.0, upper):
+        for side, span in (("west", (y0, y1)), ("south", (x0, x1)), ("east", (y0, yg)),
+                           ("north", (x0, xg))):  # fmt: skip
+            gaps = [
+                (low - 0.09, high + 0.09)
+                for low, z0, high, _, what in plan.openings_of(room, side)
+                if isinstance(what, Door) and z0 > 0.1
+            ]
+            arch.skirting(b, m, side, _wall_at(room, side), span, gaps)

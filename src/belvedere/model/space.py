@@ -20,10 +20,10 @@ SQUARE = 0.05
 """Metres."""
 BODY = 0.38
 """Half the width that a walker needs, metres: a little more than half of 0.7."""
-REACHED = 0.7
-"""Share of the floor on which a walker fits that the doors lead to."""
 DOOR_DEPTH = 0.85
 """In front of a door nothing stands this near."""
+REACHED = 0.85
+"""Share of the floor that fits a walker which can be reached from the doors."""
 YAW: dict[Side, float] = {"north": 0.0, "west": 90.0, "south": 180.0, "east": -90.0}
 """Turn of a piece whose back is to that wall, degrees."""
 
@@ -51,7 +51,10 @@ class Space:
         self._shape = (int(np.ceil((x1 - x0) / SQUARE)), int(np.ceil((y1 - y0) / SQUARE)))
         self._taken = np.zeros(self._shape, dtype=bool)
         self._kept = np.zeros(self._shape, dtype=bool)
-        self._openings = {side: plan.openings_of(room, side) for side in SIDES}
+        self._openings = {
+            side: [hole for hole in plan.openings_of(room, side) if hole[1] < plan.height]
+            for side in SIDES
+        }
         self._tall: dict[Side, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self._doors: list[tuple[float, float]] = []
         for side in SIDES:
@@ -67,24 +70,13 @@ class Space:
             self._keep(self._off(side, at - 0.7, at + 0.7, 1.1))
             self._tall[side].append((at - 0.7, at + 0.7))
             self._doors.append(_middle(self._off(side, at - 0.5, at + 0.5, 2.0 * BODY + 0.1)))
-        well = plan.well()
-        if plan.stair is not None and well is not None:
-            self._stairs(plan, well)
-
-    def _stairs(self, plan: HousePlan, well: Rect) -> None:
-        stair = plan.stair
-        assert stair is not None
-        x0, y0, x1, y1 = well
-        if self.room.name == stair.room:
-            self._take((x0 - 0.1, y0, stair.foot + 0.1, y1))
-            self._keep((stair.foot, y0 - 0.1, stair.foot + 1.0, y1))
-            self._doors.append((stair.foot + 0.5, y1 - stair.width / 2.0))
-            self._tall["north"].append((x0, stair.foot + 0.1))
-        elif self.room.name == stair.above:
-            self._take((x0, y0 - 0.12, x1 + 0.12, y1))
-            self._keep((x0 - 1.0, y0 - 0.1, x0, y1))
-            self._doors.append((x0 - 0.5, y1 - stair.width / 2.0))
-            self._tall["north"].append((x0 - 0.2, x1 + 0.1))
+        void, stair = plan.void(), plan.stair
+        if void is not None and stair is not None and stair.room == room.name:
+            low, high = void[3] - stair.width, void[3]
+            self._take((void[0] - 0.1, low - 0.05, stair.foot + 0.1, high))
+            self._keep((stair.foot, low - 0.1, stair.foot + 1.0, high))
+            self._doors.append((stair.foot + 0.5, high - stair.width / 2.0))
+            self._tall["north"].append((void[0], stair.foot + 0.1))
 
     def windows(self) -> list[tuple[Side, float, float, Window]]:
         """(side, low, high, window) of the room's windows."""
@@ -215,7 +207,7 @@ class Space:
         }[side]
 
     def _squares(self, area: Rect) -> tuple[slice, slice]:
-        x0, y0 = self.rect[:2]
+        x0, y0, _, _ = self.rect
         low = np.floor((np.array([area[0] - x0, area[1] - y0]) + 1e-6) / SQUARE).astype(int)
         high = np.ceil((np.array([area[2] - x0, area[3] - y0]) - 1e-6) / SQUARE).astype(int)
         low = np.maximum(low, 0)
@@ -237,9 +229,11 @@ class Space:
         return self._passable(trial)
 
     def _passable(self, taken: npt.NDArray[np.bool_]) -> bool:
-        """Whether a walker gets from every door to every other, and to most of the free floor."""
+        """Whether a walker gets from every door to every other, and to most of the room."""
         from scipy import ndimage
 
+        if len(self._doors) == 0:
+            return True
         far = ndimage.distance_transform_edt(np.pad(~taken, 1))
         label, _ = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
         x0, y0, _, _ = self.rect
@@ -251,8 +245,8 @@ class Space:
             found.add(int(near.max()))
         if len(found) != 1 or 0 in found:
             return False
-        own = np.count_nonzero(label == found.pop())
-        return own >= REACHED * np.count_nonzero(label)
+        area = np.bincount(label.ravel())[1:]
+        return bool(area[found.pop() - 1] >= REACHED * area.sum())
 
 
 def _middle(area: Rect) -> tuple[float, float]:

@@ -19,14 +19,13 @@ from belvedere.ground.errors import SceneError
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
-from belvedere.walkthrough.columns import Columns, Layers
+from belvedere.walkthrough.columns import LEAST_ROOM_M2, LEAST_WIDTH_M, Columns, Layers
 from belvedere.walkthrough.contacts import Contact, Passages, add_contacts, facing
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.leaves import named_doors, named_panes, without
 from belvedere.walkthrough.necks import DOOR_M, Neck, fit_neck, wall_ends
 from belvedere.walkthrough.outlines import outline_rings
 from belvedere.walkthrough.rooms import (
-    LEAST_ROOM_M2,
     RoomLayer,
     beside_walls,
     find_rooms,
@@ -39,6 +38,8 @@ Mask = npt.NDArray[np.bool_]
 
 SKY_SHARE = 0.3
 """A place with more open sky than this is outdoors."""
+OPEN_EDGE = 0.4
+"""As is one that has nothing round more than so much of its edge."""
 DROPPED = -2
 """Label of what belongs to no cell."""
 
@@ -81,13 +82,15 @@ def find_cells(
                 "mark for each face"
             )
     body = body or Body()
+    turn = _turn_of_walls(mesh)
+    mesh = _turned(mesh, turn)
     solid = without(mesh, doors)
     columns = Columns.of_mesh(solid, spacing)
     origin = np.array(columns.grid.origin)
     rooms = find_rooms(columns, body)
     caster = RayCaster(_moved(solid, origin))
     necks = _doors(caster, rooms, body)
-    parts = _cut(rooms, necks)
+    parts = _cut(columns, rooms, necks)
     if not parts.count:
         raise SceneError(
             "find_cells: no floor lies under a ceiling: a model without ceilings has no rooms. "
@@ -98,14 +101,45 @@ def find_cells(
     clear = RayCaster(_moved(without(mesh, doors | glass), origin)) if glass.any() else caster
     passages = Passages.of_layers(rooms.layers.take(rooms.walkable), parts.label[rooms.walkable])
     contacts = add_contacts(cells, clear, caster, known, _seeds(rooms, parts, body), passages)
-    return _graph(cells, contacts, origin)
+    return _graph(cells, contacts, origin, turn)
+
+
+def _turn_of_walls(mesh: Mesh) -> F8:
+    """(2, 2) the turn about z that brings most of the walls onto the axes.
+
+    On a grid along its walls a room's outline is a few straight sides, not a staircase.
+    """
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1)
+    upright = (np.abs(normal[:, 2]) < 0.05 * size) & (size > 0.0)
+    if not upright.any():
+        return np.eye(2)
+    angle = np.degrees(np.arctan2(normal[upright, 1], normal[upright, 0])) % 90.0
+    weight = size[upright]
+    count, _ = np.histogram(angle, bins=180, range=(0.0, 90.0), weights=weight)
+    peak = (int(np.argmax(count + np.roll(count, 1))) * 0.5) % 90.0
+    off = (angle - peak + 45.0) % 90.0 - 45.0
+    near = np.abs(off) < 1.0
+    best = peak + float((off[near] * weight[near]).sum() / weight[near].sum())
+    best = (best + 45.0) % 90.0 - 45.0
+    if abs(best) < 0.05:
+        return np.eye(2)
+    t = np.radians(best)
+    return np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
+
+
+def _turned(mesh: Mesh, turn: F8) -> Mesh:
+    if (turn == np.eye(2)).all():
+        return mesh
+    points = mesh.vertices.copy()
+    points[:, :2] = points[:, :2] @ turn.T
+    return Mesh(points, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
 
 
 def _moved(mesh: Mesh, origin: F8) -> Mesh:
     """The mesh near the origin, where float32 is fine enough for Embree."""
-    return Mesh(
-        mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials
-    )
+    return Mesh(mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
 
 
 def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
@@ -133,8 +167,7 @@ def _doors(caster: RayCaster, rooms: RoomLayer, body: Body) -> list[Neck]:
     best: list[Neck] = []
     for neck in sorted(found, key=lambda n: (not n.lintel, round(n.width, 2), n.floor)):
         if all(
-            np.hypot(*(neck.center - other.center)) > 0.5
-            or abs(neck.floor - other.floor) > 0.6
+            np.hypot(*(neck.center - other.center)) > 0.5 or abs(neck.floor - other.floor) > 0.6
             for other in best
         ):
             best.append(neck)
@@ -155,7 +188,7 @@ class _Parts:
     """Cells that are stairs."""
 
 
-def _cut(rooms: RoomLayer, necks: list[Neck]) -> _Parts:
+def _cut(columns: Columns, rooms: RoomLayer, necks: list[Neck]) -> _Parts:
     layers = rooms.layers
     square = layers.grid.spacing**2
     sides = [_sides(layers, neck) for neck in necks]
@@ -171,28 +204,62 @@ def _cut(rooms: RoomLayer, necks: list[Neck]) -> _Parts:
         bad = [
             k
             for k in live
-            if _same(label, sides[k]) or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
+            if _same(label, sides[k])
+            or min(area[a] for a in _around(label, sides[k])) < LEAST_ROOM_M2
         ]
         if not bad:
             break
-        smallest = min(bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width))
+        smallest = min(
+            bad, key=lambda k: (not _same(label, sides[k]), necks[k].lintel, -necks[k].width)
+        )
         live.remove(smallest)
+    # a house ends where its roof does, door or not
+    sky = np.isinf(layers.ceiling)
+    cut |= (layers.link >= 0) & (sky[:, None] != sky[layers.link])
     cut, stairs = _split_stairs(layers, flights, cut)
     label, count = layers.label(cut)
     area = np.bincount(label, minlength=count) * square
-    sky = np.bincount(label, weights=np.isinf(layers.ceiling), minlength=count) * square / area
     number = np.full(count, DROPPED, dtype=np.int32)
-    number[sky > SKY_SHARE] = OUTSIDE
+    number[_outdoors(columns, rooms, label, count)] = OUTSIDE
     room = (number == DROPPED) & (area >= LEAST_ROOM_M2)
     number[room] = np.arange(room.sum())
     final = number[label]
     doors = []
     for k in live:
         a, b = _around(final, sides[k])
+        if not _can_be_walked(rooms, sides[k][0]):
+            continue  # a window whose sill was crossed like furniture: found again with its sill
         if a != b and max(a, b) >= 0 and min(a, b) > DROPPED:
             doors.append((necks[k], max(a, b), min(a, b)) if min(a, b) < 0 else (necks[k], a, b))
     flat = frozenset(int(final[n]) for n in stairs if final[n] >= 0)
     return _Parts(final, int(room.sum()), doors, flat)
+
+
+def _outdoors(columns: Columns, rooms: RoomLayer, label: I4, count: int) -> Mask:
+    """(count,) parts under the open sky, or a ledge or porch round a house: open at their edges."""
+    layers, grid = rooms.layers, rooms.layers.grid
+    size = np.bincount(label, minlength=count)
+    sky = np.bincount(label, weights=np.isinf(layers.ceiling), minlength=count) / size
+    widest = np.zeros(count)
+    np.maximum.at(widest, label, rooms.far)
+    high = np.full(grid.nx * grid.ny, -np.inf)
+    filled = np.flatnonzero(np.diff(columns.first))
+    high[filled] = columns.high[columns.first[filled + 1] - 1]
+    edge, bare = np.zeros(count), np.zeros(count)
+    for d, shift in enumerate((-1, 1, -grid.nx, grid.nx)):
+        to = layers.link[:, d]
+        lone = np.flatnonzero((to < 0) | np.isinf(layers.ceiling[to]))
+        beside = np.clip(layers.column[lone] + shift, 0, grid.nx * grid.ny - 1)
+        edge += np.bincount(label[lone], minlength=count)
+        open_edge = (high[beside] < layers.floor[lone] + 0.3) | (to[lone] >= 0)
+        bare += np.bincount(label[lone], weights=open_edge, minlength=count)
+    return (sky > SKY_SHARE) | (bare > OPEN_EDGE * np.maximum(edge, 1.0)) | (widest < LEAST_WIDTH_M)
+
+
+def _can_be_walked(rooms: RoomLayer, links: I4) -> bool:
+    to = rooms.layers.link[links[:, 0], links[:, 1]]
+    both = rooms.walkable[links[:, 0]] & rooms.walkable[to]
+    return bool(both.sum() * rooms.layers.grid.spacing >= 0.3)
 
 
 def _sides(layers: Layers, neck: Neck) -> tuple[I4, I4, I4]:
@@ -260,7 +327,9 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
         below = label == lower
         tall = below & (layers.ceiling > layers.floor[high] + 1.0)
         least = min(below.sum(), (label == upper).sum())
-        gallery = tall.sum() > 0.25 * least and not _lies_over_others(layers, label, flight, high, low)
+        gallery = tall.sum() > 0.25 * least and not _lies_over_others(
+            layers, label, flight, high, low
+        )
         if upper == lower or gallery:
             continue
         marked = np.zeros(len(stair), dtype=bool)
@@ -271,7 +340,7 @@ def _split_stairs(layers: Layers, flights: list[I4], cut: Mask) -> tuple[Mask, l
 
 
 def _lies_over_others(layers: Layers, label: I4, flight: I4, high: int, low: int) -> bool:
-    """Whether there are other rooms under an upper floor: one prism cannot hold both it and them."""
+    """Whether there are other rooms under an upper floor: one prism cannot leave them out."""
     plan = np.zeros(layers.grid.nx * layers.grid.ny, dtype=bool)
     plan[layers.column[label == label[high]]] = True
     rest = (label != label[high]) & (label != label[low]) & (label != label[flight[0]])
@@ -313,7 +382,7 @@ def _cells(rooms: RoomLayer, parts: _Parts) -> list[Cell]:
 
 
 def _rise(layers: Layers, own: npt.NDArray[np.intp], stair: bool) -> tuple[float, float]:
-    """Floor and ceiling of a part. A ceiling over a mere edge, beside a stairwell, is not its own."""
+    """Floor and ceiling of a part, less a ceiling over a mere edge, beside a stairwell."""
     low = float(layers.floor[own].min())
     if stair:
         beside = layers.link[own]
@@ -334,7 +403,8 @@ def _settle(
 
     count = len(masks)
     meet = [
-        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])] for a in range(count)
+        [b for b in range(count) if b != a and _overlap(heights[a], heights[b])]
+        for a in range(count)
     ]
     core = []
     for a, mask in enumerate(masks):
@@ -375,12 +445,12 @@ def _seeds(rooms: RoomLayer, parts: _Parts, body: Body) -> list[F8]:
     return seeds
 
 
-def _graph(cells: list[Cell], contacts: list[Contact], origin: F8) -> CellGraph:
+def _graph(cells: list[Cell], contacts: list[Contact], origin: F8, turn: F8) -> CellGraph:
     """Names given, and everything moved to where it stands in the world."""
     placed = tuple(
         Cell(
-            cell.name, tuple(ring + origin[:2] for ring in cell.rings), cell.floor + origin[2],
-            cell.ceiling + origin[2], cell.storey,
+            cell.name, tuple((ring + origin[:2]) @ turn for ring in cell.rings),
+            float(cell.floor + origin[2]), float(cell.ceiling + origin[2]), cell.storey,
         )
         for cell in cells
     )  # fmt: skip
@@ -390,9 +460,8 @@ def _graph(cells: list[Cell], contacts: list[Contact], origin: F8) -> CellGraph:
         inner = contact.kind == "window" and contact.second != OUTSIDE
         word = "view" if inner else contact.kind  # over a railing, through a serving hatch
         count[word] = count.get(word, 0) + 1
-        name = f"{word} {count[word]}"
-        corners = facing(contact.corners, cells[contact.first])
-        portals.append(
-            Portal(name, contact.kind, corners + origin, (contact.first, contact.second))
-        )
+        corners = facing(contact.corners, cells[contact.first]) + origin
+        corners[:, :2] = corners[:, :2] @ turn
+        sides = (contact.first, contact.second)
+        portals.append(Portal(f"{word} {count[word]}", contact.kind, corners, sides))
     return CellGraph(placed, tuple(portals))

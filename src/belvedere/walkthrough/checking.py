@@ -272,14 +272,17 @@ def _eyes(graph: CellGraph, index: int) -> F8:
     """Up to twelve points spread over a cell, in the air, and in no other cell."""
     cell = graph.cells[index]
     low, high = cell.low, cell.high
-    n = 9
+    n = 11
     axis = (np.arange(n) + 0.5) / n
     x, y = (g.ravel() for g in np.meshgrid(axis, axis))
     rise = min(1.6, 0.6 * (cell.ceiling - cell.floor))
     points = np.column_stack(
         [low[0] + x * (high[0] - low[0]), low[1] + y * (high[1] - low[1]), 0.0 * x + low[2] + rise]
     )
-    points = points[graph.cells_at(points) == index]
+    inside = graph.cells_at(points) == index
+    for way in ((0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2)):  # not within a wall
+        inside &= cell.contains(points + np.array([*way, 0.0]))
+    points = points[inside]
     if len(points) > 12:
         points = points[np.linspace(0, len(points) - 1, 12).astype(int)]
     return points

@@ -226,7 +226,9 @@ def _bends(ring: F8) -> F8:
     while k < len(kept) and len(kept) > 3:
         way, on = kept[k] - kept[k - 1], kept[(k + 1) % len(kept)] - kept[k]
         length = float(np.hypot(*way) * np.hypot(*on))
-        if length == 0.0 or (abs(way[0] * on[1] - way[1] * on[0]) < 0.002 * length and way @ on > 0):
+        if length == 0.0 or (
+            abs(way[0] * on[1] - way[1] * on[0]) < 0.002 * length and way @ on > 0
+        ):
             del kept[k]
             k = max(k - 1, 0)
         else:
@@ -259,8 +261,10 @@ def _on_side(
         mask = np.zeros(side.inside.shape, dtype=bool)
         mine = maybe[beyond == other]
         mask[rows[mine], columns[mine]] = True
-        whole = ndimage.binary_closing(np.pad(mask, 3), np.ones((3, 3)), iterations=2)[3:-3, 3:-3]
-        label: Any = ndimage.label(whole)[0]
+        padded: Any = ndimage.binary_closing(np.pad(mask, 3), np.ones((3, 3)), iterations=2)
+        whole = padded[3:-3, 3:-3]
+        labelled: Any = ndimage.label(whole)
+        label = labelled[0]
         for k, box in enumerate(ndimage.find_objects(label)):
             count = int((mask & (label == k + 1)).sum())
             tall, wide = ((s.stop - s.start) * STEP_M for s in box)
@@ -268,7 +272,7 @@ def _on_side(
                 continue
             within = label[rows[mine], columns[mine]] == k + 1
             gap = float(np.median(apart[beyond == other][within]))
-            corners = _rectangle(side, box)
+            corners = _rectangle(side, box, 0.05 if other == OUTSIDE else 0.15)
             if other == OUTSIDE:
                 gap = 2.0 * _jamb_middle(clear, corners, side.out)
             corners = corners + side.out * min(gap, WALL_M) / 2.0
@@ -339,13 +343,18 @@ def _seen(clear: RayCaster, seeds: F8, points: F8) -> Mask:
     return seen
 
 
-def _rectangle(side: _Side, box: tuple[slice, slice]) -> F8:
-    # one step wider all round: an edge lies anywhere between two rays
+def _rectangle(side: _Side, box: tuple[slice, slice], corner: float) -> F8:
+    """A patch's rectangle, a step wider all round: an edge lies anywhere between two rays.
+
+    Where it reaches an end of its side it goes on by ``corner`` metres: outlines cut corners.
+    """
     rows, columns = box
-    a = side.origin + STEP_M * ((columns.start - 1) * side.u + (rows.start - 1) * side.v)
-    wide = (columns.stop - columns.start + 2) * STEP_M * side.u
-    tall = (rows.stop - rows.start + 2) * STEP_M * side.v
-    return np.array([a, a + wide, a + wide + tall, a + tall])
+    left = columns.start * STEP_M - (corner if columns.start == 0 else STEP_M)
+    at_end = columns.stop == side.inside.shape[1]
+    right = columns.stop * STEP_M + (corner if at_end else STEP_M)
+    low, high = (rows.start - 1) * STEP_M, (rows.stop + 1) * STEP_M
+    plane = np.array([[left, low], [right, low], [right, high], [left, high]])
+    return side.origin + plane @ np.stack([side.u, side.v])
 
 
 def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:
@@ -360,9 +369,7 @@ def _jamb_middle(clear: RayCaster, corners: F8, out: F8) -> float:
     return float(offsets[within].mean()) if len(within) else 0.1
 
 
-def _kind(
-    contact: Contact, solid: RayCaster, out: F8, passages: Passages
-) -> OpeningKind:
+def _kind(contact: Contact, solid: RayCaster, out: F8, passages: Passages) -> OpeningKind:
     """What a patch is: is there somewhere a step through it, half a metre wide?"""
     if contact.second != OUTSIDE:
         return "opening" if passages.through(contact) else "window"
@@ -374,11 +381,13 @@ def _kind(
     foot = corners[0] + s[:, None] * u
     passes = np.ones(len(s), dtype=bool)
     for high in (0.4, 0.7, 1.0, 1.4, 1.7):
-        start = foot + [0.0, 0.0, high] - 0.25 * out
+        start = foot + np.array([0.0, 0.0, high]) - 0.25 * out
         passes &= ~solid.blocked(start, np.broadcast_to(out, start.shape), 0.5)
-    # where the model ends at its walls there is no ground outside to look for
-    start = foot + [0.0, 0.0, 0.4] - 0.25 * out
-    passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.8)
+    # where the model ends at its walls there is no ground outside to look for; inside there must
+    # be floor up to the wall, and not a window seat
+    for inside in (0.3, 0.6, 0.9):
+        start = foot + np.array([0.0, 0.0, 0.4]) - inside * out
+        passes &= solid.blocked(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape), 0.7)
     run = best = 0
     for free in passes:
         run = run + 1 if free else 0

@@ -15,7 +15,9 @@ from belvedere.scene.mesh import Mesh
 
 DOOR = re.compile(r"(?<!out)(?<!in)door(?!step|mat|bell)|\bt(ü|ue)r\b|\bporte\b|\bpuerta\b", re.I)
 """Names that doors go by."""
-PANE = re.compile(r"window|glass(?!es)|glazing|\bpanes?\b|\bglas\b|\bfenster\b|\bfen[eê]tre\b", re.I)
+PANE = re.compile(
+    r"window|glass(?!es)|glazing|\bpanes?\b|\bglas\b|\bfenster\b|\bfen[eê]tre\b", re.I
+)
 """Names that windows and panes go by; what lies in them is looked through."""
 SILL = re.compile(r"sill|board|seat|frame|curtain|blind|shutter", re.I)
 """What has a window or a door in its name and is none."""

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.model.raycast import RayCaster
+from belvedere.scene.mesh import Mesh
 
 F8 = npt.NDArray[np.float64]
 
@@ -34,6 +35,10 @@ LINTEL_M = 0.08
 """How far a head lies below the ceilings on its sides, at least."""
 RECEDE_M = 0.1
 """How far walls draw back beside a jamb, at least."""
+BEHIND_M = 0.35
+"""A wall goes on so far behind its jamb, at least: a post does not."""
+STEP_M = 0.01
+"""Between rays across a wall."""
 REACH_M = 12.0
 
 __all__ = ["Neck", "fit_neck", "wall_ends"]
@@ -70,9 +75,7 @@ class Neck:
     def corners(self) -> F8:
         """(4, 3) the rectangle."""
         a, b = self.left, self.right
-        return np.array(
-            [[*a, self.floor], [*b, self.floor], [*b, self.head], [*a, self.head]]
-        )
+        return np.array([[*a, self.floor], [*b, self.floor], [*b, self.head], [*a, self.head]])
 
 
 class _Probe:
@@ -111,45 +114,89 @@ def fit_neck(
         head: height above the floor that is free.
         along: (2,) unit vector from jamb to jamb where it is known; else the shortest way across.
     """
-    known = along
     probe = _Probe(caster, floor + head - 0.06)
+    cut = _cut_across(probe, at, along)
+    if cut is not None:  # again from the middle of the wall, where the angle is sharp
+        cut = _cut_across(probe, cut.middle, along)
+    if cut is None or cut.depth > DEEPEST_M or _is_wedge(cut):
+        return None
+    a = cut.line[cut.center] - cut.left[cut.center] * cut.along
+    b = cut.line[cut.center] + cut.right[cut.center] * cut.along
+    heads = probe.ceilings(a + np.linspace(0.1, 0.9, 9)[:, None] * (b - a))
+    neck = Neck(a, b, floor, float(heads.max()), cut.depth, cut.lintel)
+    if not NARROWEST_M <= neck.width <= WIDEST_M:
+        return None
+    if neck.lintel and np.median(heads) > cut.tops[cut.center] + 0.3:
+        return None  # a lamp, no lintel
+    through = cut.through
+    if not _jambs_stand(probe, neck, cut.along, floor, head):
+        return None
+    if not _walls_go_on(probe, neck, cut.along, through) or _is_aslant(probe, neck, cut.along):
+        return None
+    # without a head, or wider than a door: only between the ends of two walls
+    if neck.lintel and neck.width <= DOOR_M:
+        return neck
+    recedes = _recedes(probe, neck, cut.along, through)
+    return neck if recedes.any(axis=0).all() and recedes.sum() >= 3 else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cut:
+    """What rays see along a line across the wall, through the middle of a neck."""
+
+    along: F8
+    """(2,) from jamb to jamb."""
+    line: F8
+    """(N, 2) points a centimetre apart."""
+    left: F8
+    """(N,) free length against ``along``."""
+    right: F8
+    """(N,) free length along it."""
+    tops: F8
+    """(N,) heights of the ceiling."""
+    span: tuple[int, int]
+    """First and last point within the wall."""
+    lintel: bool
+    """Whether the wall goes on above."""
+
+    @property
+    def through(self) -> F8:
+        """(2,) across the wall."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def center(self) -> int:
+        """The point in the middle of the wall."""
+        return round((self.span[0] + self.span[1]) / 2)
+
+    @property
+    def middle(self) -> F8:
+        """(2,) halfway between the jambs there."""
+        k = self.center
+        return self.line[k] + self.along * (self.right[k] - self.left[k]) / 2.0
+
+    @property
+    def depth(self) -> float:
+        """Thickness of the wall, metres."""
+        return STEP_M * (self.span[1] - self.span[0])
+
+
+def _cut_across(probe: _Probe, at: F8, along: F8 | None) -> _Cut | None:
     middle = at
-    offsets = np.arange(-DEEPEST_M, DEEPEST_M + 1e-9, 0.01)
-    zero = len(offsets) // 2
-    for _ in range(2):  # the second time from the middle of the wall, where the angle is sharp
-        found = _narrowest(probe, middle) if known is None else (middle, known)
+    if along is None:
+        found = _narrowest(probe, at)
         if found is None:
             return None
         middle, along = found
-        through = np.array([-along[1], along[0]])
-        line = middle + offsets[:, None] * through
-        left, right = probe.spans(line, along, probe.band)
-        width, tops = left + right, probe.ceilings(line)
-        narrow = _run(width <= width[zero] + 0.03, zero)
-        low = _run(tops <= tops[zero] + 0.03, zero)
-        lintel = _is_lintel(offsets, low, tops, zero)
-        span = low if lintel else narrow
-        center = round((span[0] + span[1]) / 2)
-        middle = line[center] + along * (right[center] - left[center]) / 2.0
-    if _depth(offsets, span) > DEEPEST_M or _is_wedge(width, span):
-        return None
-    a = line[center] - left[center] * along
-    b = line[center] + right[center] * along
-    heads = probe.ceilings(a + np.linspace(0.1, 0.9, 9)[:, None] * (b - a))
-    neck = Neck(a, b, floor, float(heads.max()), _depth(offsets, span), lintel)
-    if not NARROWEST_M <= neck.width <= WIDEST_M:
-        return None
-    if lintel and np.median(heads) > tops[center] + 0.3:
-        return None  # a lamp, no lintel
-    if not _jambs_stand(probe, neck, along, floor, head):
-        return None
-    recedes = _recedes(probe, neck, along, through)
-    # without a head, or wider than a door: only between the ends of two walls
-    if neck.width <= DOOR_M:
-        return neck if lintel or recedes.any(axis=0).all() else None
-    if not recedes.any(axis=0).all() or recedes.sum() < 3:
-        return None
-    return neck
+    steps = round(DEEPEST_M / STEP_M)
+    offsets = STEP_M * np.arange(-steps, steps + 1)
+    line = middle + offsets[:, None] * np.array([-along[1], along[0]])
+    left, right = probe.spans(line, along, probe.band)
+    width, tops = left + right, probe.ceilings(line)
+    low = _run(tops <= tops[steps] + 0.03, steps)
+    lintel = _is_lintel(low, tops, steps)
+    span = low if lintel else _run(width <= width[steps] + 0.03, steps)
+    return _Cut(along, line, left, right, tops, span, lintel)
 
 
 def wall_ends(
@@ -172,7 +219,7 @@ def wall_ends(
     start = np.column_stack([at, height])
     hits = caster.cast(start, np.column_stack([toward, np.zeros(len(at))]))
     reached = np.flatnonzero((hits.face >= 0) & (hits.t * np.linalg.norm(toward, axis=1) < 0.3))
-    normal = caster.mesh.normals()[hits.face[reached], :2]
+    normal = _normals(caster.mesh, hits.face[reached])[:, :2]
     size = np.linalg.norm(normal, axis=1)
     reached, normal = reached[size > 0.9], normal[size > 0.9]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -191,6 +238,13 @@ def wall_ends(
     return reached[ends], middle[ends], normal[ends]
 
 
+def _normals(mesh: Mesh, face: npt.NDArray[np.int32]) -> F8:
+    """(N, 3) unit normals of some faces."""
+    a, b, c = (mesh.vertices[mesh.faces[face, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+
+
 def _narrowest(probe: _Probe, at: F8) -> tuple[F8, F8] | None:
     """Middle of the shortest line from wall to wall through a point, and its direction."""
     middle = at
@@ -198,7 +252,9 @@ def _narrowest(probe: _Probe, at: F8) -> tuple[F8, F8] | None:
     for _ in range(3):
         ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         points = np.broadcast_to(middle, ways.shape)
-        both = probe.sideways(np.concatenate([points, points]), np.concatenate([-ways, ways]), probe.band)
+        both = probe.sideways(
+            np.concatenate([points, points]), np.concatenate([-ways, ways]), probe.band
+        )
         left, right = both[: len(ways)], both[len(ways) :]
         best = int(np.argmin(left + right))
         if left[best] + right[best] > WIDEST_M + 0.2:
@@ -220,17 +276,13 @@ def _run(mask: npt.NDArray[np.bool_], start: int) -> tuple[int, int]:
     return first, last
 
 
-def _depth(offsets: F8, run: tuple[int, int]) -> float:
-    return float(offsets[run[1]] - offsets[run[0]])
-
-
-def _is_lintel(offsets: F8, low: tuple[int, int], tops: F8, zero: int) -> bool:
+def _is_lintel(low: tuple[int, int], tops: F8, middle: int) -> bool:
     """Whether the ceiling over the neck is a strip with higher ones on both sides."""
-    if low[0] == 0 or low[1] == len(offsets) - 1 or _depth(offsets, low) > DEEPEST_M:
+    if low[0] == 0 or low[1] == len(tops) - 1 or STEP_M * (low[1] - low[0]) > DEEPEST_M:
         return False
     before = np.median(tops[max(low[0] - 12, 0) : low[0]])
     behind = np.median(tops[low[1] + 1 : low[1] + 13])
-    return bool(min(before, behind) - tops[zero] >= LINTEL_M)
+    return bool(min(before, behind) - tops[middle] >= LINTEL_M)
 
 
 def _jambs_stand(probe: _Probe, neck: Neck, along: F8, floor: float, head: float) -> bool:
@@ -251,17 +303,43 @@ def _jambs_stand(probe: _Probe, neck: Neck, along: F8, floor: float, head: float
     return bool((stands >= len(heights) - 1).all())
 
 
-def _is_wedge(width: F8, span: tuple[int, int]) -> bool:
+def _walls_go_on(probe: _Probe, neck: Neck, along: F8, through: F8) -> bool:
+    """Whether a wall follows behind both jambs, or a side wall comes first; posts stand alone."""
+    away, beyond = neck.depth / 2.0 + 0.15, neck.width / 2.0 + BEHIND_M
+    side = np.array([[-away], [away]]) * through
+    free = np.stack(probe.spans(neck.center + side, along, probe.band), axis=1)
+    for k, way in enumerate((-along, along)):
+        start = np.column_stack([neck.center + way * beyond + side, np.full(2, probe.band)])
+        back = np.column_stack([-side / away, np.zeros(2)])
+        wall = probe.caster.blocked(start, back, 2.0 * away, 1)
+        if not (wall | (free[:, k] < beyond)).any():
+            return False
+    return True
+
+
+def _is_aslant(probe: _Probe, neck: Neck, along: F8) -> bool:
+    """Whether it meets a jamb at a slant: from a corner to a wall that just goes on."""
+    slanted = np.ones(2, dtype=bool)
+    for height in (probe.band, probe.band - 0.5):
+        start = np.array([[*neck.center, height]] * 2)
+        way = np.array([[*along, 0.0], [*-along, 0.0]])
+        face = probe.caster.cast(start, way, 1).face
+        # straight on, or along a knife's edge, is as it should be
+        meet = np.abs(_normals(probe.caster.mesh, face)[:, :2] @ along)
+        slanted &= (meet > 0.26) & (meet < 0.96)
+    return bool(slanted.any())
+
+
+def _is_wedge(cut: _Cut) -> bool:
     """Whether it gets narrower still to one side: the corner of a room."""
-    before = width[max(span[0] - 12, 0) : span[0]]
-    behind = width[span[1] + 1 : span[1] + 13]
-    least = float(width[span[0] : span[1] + 1].min()) - 0.05
+    first, last = cut.span
+    width = cut.left + cut.right
+    before, behind = width[max(first - 12, 0) : first], width[last + 1 : last + 13]
+    least = float(width[first : last + 1].min()) - 0.05
     return any(len(part) > 0 and float(np.median(part)) < least for part in (before, behind))
 
 
-def _recedes(
-    probe: _Probe, neck: Neck, along: F8, through: F8
-) -> npt.NDArray[np.bool_]:
+def _recedes(probe: _Probe, neck: Neck, along: F8, through: F8) -> npt.NDArray[np.bool_]:
     """(2, 2) whether the walls draw back before and behind (rows) the left and right jamb."""
     middle = (neck.left + neck.right) / 2.0
     away = neck.depth / 2.0 + 0.12

@@ -33,7 +33,7 @@ def outline_rings(mask: Mask, spacing: float, tolerance: float) -> tuple[F8, ...
 
 def _trace(mask: Mask) -> list[F8]:
     """Closed chains of grid corners with the squares on their left."""
-    height, width = mask.shape
+    width = mask.shape[1]
     follow: dict[int, list[int]] = {}
     inside = mask.astype(np.int8)
     # sides between a square and what is not one, directed with the square on the left
@@ -105,7 +105,22 @@ def _simplify(ring: F8, tolerance: float) -> F8:
         if off[k] > tolerance:
             keep[a + 1 + k] = True
             stack += [(a, a + 1 + k), (a + 1 + k, b)]
-    return closed[:-1][keep[:-1]]
+    return _straighten(closed, np.flatnonzero(keep), tolerance)
+
+
+def _straighten(closed: F8, kept: npt.NDArray[np.intp], tolerance: float) -> F8:
+    """The kept corners of a chain, with its nearly level and upright sides made exactly so."""
+    corners = closed[kept[:-1]].copy()
+    for k in range(len(corners)):
+        chain = closed[kept[k] : kept[k + 1] + 1]
+        way = chain[-1] - chain[0]
+        for axis in (0, 1):
+            if abs(way[axis]) <= tolerance and abs(way[1 - axis]) >= 4.0 * tolerance:
+                weight = np.abs(np.diff(chain[:, 1 - axis]))
+                middle = (chain[1:, axis] + chain[:-1, axis]) / 2.0
+                on = float((weight * middle).sum() / weight.sum())
+                corners[[k, (k + 1) % len(corners)], axis] = on
+    return corners
 
 
 def area_of(rings: tuple[F8, ...]) -> float:
@@ -114,6 +129,7 @@ def area_of(rings: tuple[F8, ...]) -> float:
 
 
 def _signed(ring: F8) -> float:
+    ring = ring - ring[0]
     after = np.roll(ring, -1, axis=0)
     return float((ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1]).sum()) / 2.0
 

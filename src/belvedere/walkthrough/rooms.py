@@ -13,7 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.errors import SceneError
-from belvedere.walkthrough.columns import Columns, Layers, link_layers, standing_layers
+from belvedere.walkthrough.columns import (
+    Columns,
+    Layers,
+    link_layers,
+    standing_layers,
+    worth_standing,
+)
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.necks import DOOR_M
 
@@ -23,10 +29,6 @@ Mask = npt.NDArray[np.bool_]
 
 BAND_M = 0.15
 """Height of the band below the head that must be free to cross what stands on a floor."""
-LEAST_ROOM_M2 = 0.8
-"""Anything smaller is a shaft or a cupboard."""
-LEAST_WIDTH_M = 0.25
-"""A room holds a circle of this radius; hollow walls do not."""
 SOFFIT_M = 0.1
 """How much lower than the ceilings beside it the head of a door is, at least."""
 DEEPEST_WALL_M = 0.7
@@ -55,7 +57,7 @@ def find_rooms(columns: Columns, body: Body) -> RoomLayer:
         SceneError: there is none.
     """
     standing, front = standing_layers(columns, body.head, body.step)
-    keep = _worth_keeping(standing, front, body)
+    keep = worth_standing(standing, front)
     if not keep.any():
         raise SceneError(
             f"The model has no floor: nowhere can a person {body.head:g} m high stand. Is +z up, "
@@ -63,45 +65,6 @@ def find_rooms(columns: Columns, body: Body) -> RoomLayer:
         )
     layers, walkable = _carry_on(columns, standing.take(keep), body)
     return RoomLayer(layers, walkable, layers.distance(), _stairs(layers))
-
-
-def _worth_keeping(layers: Layers, front: Mask, body: Body) -> Mask:
-    """Not table tops, hollow walls and the insides of closed solids."""
-    label, count = layers.label()
-    square = layers.grid.spacing**2
-    area = np.bincount(label, minlength=count) * square
-    widest = np.zeros(count)
-    np.maximum.at(widest, label, layers.distance())
-    fronts = np.bincount(label, weights=front, minlength=count) * square / area
-    # floors that show their fronts are the rule in a model that minds fronts at all
-    minds = (area * fronts).sum() > 0.7 * area.sum()
-    good = (area >= LEAST_ROOM_M2) & (widest >= LEAST_WIDTH_M)
-    if minds:
-        good &= fronts > 0.3
-    good &= ~_on_furniture(layers, label, count, area)
-    return good[label]
-
-
-def _on_furniture(layers: Layers, label: I4, count: int, area: F8) -> Mask:
-    """(count,) sets of places that look down over their edges on a larger floor close below."""
-    grid = layers.grid
-    first = layers.first()
-    edge, drop = np.zeros(count), np.zeros(count)
-    for d, shift in enumerate((-1, 1, -grid.nx, grid.nx)):
-        lone = np.flatnonzero(layers.link[:, d] < 0)
-        to = np.clip(layers.column[lone] + shift, 0, grid.nx * grid.ny - 1)
-        low = np.full(len(lone), -1)
-        for k in range(3):  # the places of the column beside, from below
-            place = first[to] + k
-            there = place < first[to + 1]
-            place = np.where(there, place, 0)
-            rise = layers.floor[lone] - layers.floor[place]
-            falls = there & (rise > 0.05) & (rise < 1.5)
-            low = np.where(falls, place, low)
-        bigger = (low >= 0) & (area[label[low]] > 2.0 * area[label[lone]])
-        edge += np.bincount(label[lone], minlength=count)
-        drop += np.bincount(label[lone], weights=bigger, minlength=count)
-    return (drop > 0.25 * edge) & (area < 12.0)
 
 
 def _carry_on(columns: Columns, kept: Layers, body: Body) -> tuple[Layers, Mask]:
@@ -137,7 +100,9 @@ def _extreme(layers: Layers, value: F8, rounds: int, sign: float) -> F8:
 def _stairs(layers: Layers) -> Mask:
     """Places where the floor keeps rising: at least two steps within 35 cm either way."""
     rounds = max(round(0.35 / layers.grid.spacing), 1)
-    rise = _extreme(layers, layers.floor, rounds, 1.0) - _extreme(layers, layers.floor, rounds, -1.0)
+    rise = _extreme(layers, layers.floor, rounds, 1.0) - _extreme(
+        layers, layers.floor, rounds, -1.0
+    )
     steep = rise >= 0.3
     cut = (layers.link >= 0) & (steep[:, None] != steep[layers.link])
     label, count = layers.label(cut)
@@ -146,11 +111,7 @@ def _stairs(layers: Layers) -> Mask:
     np.minimum.at(low, label, layers.floor)
     flight = steep & (high - low >= 1.2)[label]
     # the landings at both ends are floor, not stair
-    return (
-        flight
-        & (layers.floor > low[label] + 0.05)
-        & (layers.floor < high[label] - 0.05)
-    )
+    return flight & (layers.floor > low[label] + 0.05) & (layers.floor < high[label] - 0.05)
 
 
 def soffits(layers: Layers) -> Mask:
@@ -181,9 +142,11 @@ def neck_places(rooms: RoomLayer) -> I4:
     border = ((layers.link >= 0) & (basin[:, None] != basin[layers.link])).any(axis=1)
     # stretches: border places of one basin that hang together
     both = border[:, None] & border[layers.link] & (basin[:, None] == basin[layers.link])
-    label, count = layers.label((layers.link >= 0) & ~both)
+    label, _ = layers.label((layers.link >= 0) & ~both)
     on = np.flatnonzero(border & (rooms.far <= DOOR_M / 2.0 + layers.grid.spacing))
     widest = on[np.lexsort((-rooms.far[on], label[on]))]
+    if not len(on):
+        return np.zeros(0, dtype=np.int32)
     places = widest[np.unique(label[widest], return_index=True)[1]]
     # neighbouring stretches are one neck: keep the narrowest within a quarter of a metre
     bins = np.floor(layers.centers[places] / 0.25).astype(np.int64)

@@ -8,6 +8,7 @@ nothing that can be seen is lost.
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import numpy as np
@@ -18,8 +19,15 @@ from belvedere.model.building import Building, Opening, Room
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
-from belvedere.walkthrough.columns import Columns, standing_layers
-from belvedere.walkthrough.contacts import Contact, Passages, add_contacts, cell_at, facing
+from belvedere.walkthrough.columns import Columns, Layers, standing_layers
+from belvedere.walkthrough.contacts import (
+    WALL_M,
+    Contact,
+    Passages,
+    add_contacts,
+    cell_at,
+    facing,
+)
 from belvedere.walkthrough.free_space import Body
 from belvedere.walkthrough.leaves import named_doors, named_panes, without
 
@@ -75,7 +83,7 @@ def cells_of_building(
         contacts = _completed(cells, known, mesh, origin, body or Body(), closed_doors, panes)
     taken = set(names)
     for contact in contacts[count:]:
-        names.append(_new_name(contact, cells, taken))
+        names.append(_new_name(contact, taken))
         taken.add(names[-1])
     portals = tuple(
         Portal(
@@ -205,9 +213,7 @@ def _completed(
 ) -> list[Contact]:
     doors = named_doors(mesh) if closed_doors is None else closed_doors
     glass = named_panes(mesh) if panes is None else panes
-    moved = Mesh(
-        mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials
-    )
+    moved = Mesh(mesh.vertices - origin, mesh.faces, mesh.material_index, mesh.uv, mesh.materials)
     open_doors = without(moved, doors)
     solid = RayCaster(open_doors)
     clear = RayCaster(without(moved, doors | glass)) if glass.any() else solid
@@ -215,15 +221,26 @@ def _completed(
     layers, _ = standing_layers(columns, body.head, body.step)
     shift = np.array(columns.grid.origin)
     feet = np.column_stack([layers.centers, layers.floor]) + shift
-    place = cell_at(cells, feet + [0.0, 0.0, 1.2])
-    passages = Passages.of_layers(layers, place)
+    place = cell_at(cells, feet + np.array([0.0, 0.0, 1.2]))
+    passages = Passages.of_layers(layers, _carried_through_walls(layers, place))
     passages = Passages(passages.points + shift, passages.cells, passages.spacing)
     return add_contacts(cells, clear, solid, known, _seeds(cells, feet, place, body), passages)
 
 
-def _seeds(
-    cells: list[Cell], feet: F8, place: npt.NDArray[np.int32], body: Body
-) -> list[F8]:
+def _carried_through_walls(layers: Layers, place: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Cells of places, those in doorways, between two rooms' outlines, given to the nearer room."""
+    place = place.copy()
+    for _ in range(math.ceil(WALL_M / layers.grid.spacing / 2.0)):
+        before = place.copy()
+        for d in range(4):
+            n = np.flatnonzero((before == OUTSIDE) & (layers.link[:, d] >= 0))
+            beside = before[layers.link[n, d]]
+            n, beside = n[beside != OUTSIDE], beside[beside != OUTSIDE]
+            place[n] = np.maximum(place[n], beside)
+    return place
+
+
+def _seeds(cells: list[Cell], feet: F8, place: npt.NDArray[np.int32], body: Body) -> list[F8]:
     """Eyes where people can stand, or on a lattice in cells where nobody can."""
     seeds = []
     for index, cell in enumerate(cells):
@@ -241,12 +258,10 @@ def _seeds(
     return seeds
 
 
-def _new_name(contact: Contact, cells: list[Cell], taken: set[str]) -> str:
-    """What a portal that nobody stated is called: by what it joins."""
-    other = "outside" if contact.second == OUTSIDE else cells[contact.second].name
-    word = "view" if contact.kind == "window" else "opening"
-    name = f"{word} {cells[contact.first].name} / {other}"
-    number, result = 2, name
-    while result in taken:
-        result, number = f"{name} ({number})", number + 1
-    return result
+def _new_name(contact: Contact, taken: set[str]) -> str:
+    """What a portal that nobody stated is called; short, for the plan."""
+    word = "view" if contact.kind == "window" else contact.kind
+    number = 1
+    while f"{word} {number}" in taken:
+        number += 1
+    return f"{word} {number}"

@@ -97,7 +97,7 @@ def test_turning_an_axis_up_never_mirrors(tmp_path: Path) -> None:
         "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4"
     )
     for up in ("x", "y", "z"):
-        mesh = read_model(tmp_path / "a.obj", units="m", up=up).mesh  # type: ignore[arg-type]
+        mesh = read_model(tmp_path / "a.obj", units="m", up=up).mesh
         a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
         assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(1.0)
 

@@ -148,7 +148,7 @@ class _Reader:
         if table.shape[1] < 6:
             return points, None
         encoded = table[:, 3:6]
-        bare = ~np.isfinite(encoded).all(axis=1)
+        bare = np.asarray(~np.isfinite(encoded).all(axis=1))
         if np.nanmax(encoded, initial=0.0) > 1.0:
             encoded = encoded / 255.0
         colors = srgb_to_linear(np.clip(np.where(bare[:, None], 1.0, encoded), 0.0, 1.0))

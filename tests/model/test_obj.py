@@ -79,6 +79,16 @@ def test_v_runs_up_in_the_file_and_down_the_picture(tmp_path: Path) -> None:
     assert wood.emission == (2.0, 1.0, 0.0)
 
 
+def test_programs_that_write_linear_colors_are_known(tmp_path: Path) -> None:
+    text = "mtllib a.mtl\n" + SQUARE + "usemtl w\nf 1 2 3"
+    for comment, expected in (
+        ("# Blender 4.2.0 MTL File: 'flat.blend'\n", 0.5),
+        ("# exported from a CAD program\n", float(srgb_to_linear(np.float64(0.5)))),
+    ):
+        model = obj(tmp_path, text, a=comment + "newmtl w\nKd 0.5 0.5 0.5\n")
+        assert model.mesh.materials[0].base_color == pytest.approx([expected] * 3)
+
+
 def test_objects_have_their_names(tmp_path: Path) -> None:
     model = obj(tmp_path, SQUARE + "f 1 2 3\no east wall\nf 1 3 4\ng door\nf 3 2 1\n")
     assert model.names == ("model", "east wall", "door")

@@ -5,7 +5,8 @@ indices from the end of the file and cuts concave polygons wrongly. Numbers are 
 runs of like lines.
 
 ``Kd`` is a color as people picked it on a screen, so it is taken as sRGB-encoded, as are the
-textures and the colors of vertices; ``Ke`` is light and taken as linear.
+textures and the colors of vertices, unless a program wrote it that is known to write it linear;
+``Ke`` is light and taken as linear.
 
 Source: Wavefront Advanced Visualizer, appendix B1 (object files) and B2 (material files).
 """

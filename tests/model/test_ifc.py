@@ -127,6 +127,36 @@ def test_doors_stand_open_unless_they_are_asked_to_be_closed(
         read_model(tmp_path / "a.ifc", doors="ajar")  # type: ignore[arg-type]
 
 
+def test_a_leaf_that_fills_its_opening_is_left_out_too(tmp_path: Path) -> None:
+    ifc = Ifc()
+    wall = ifc.element("IfcWall", "w", (0.0, 0.0, 0.0, 4.0, 0.2, 2.5))
+    leaf = ifc.element("IfcDoor", "leaf", (0.0, 0.08, 0.0, 0.9, 0.12, 2.0), at=(1.0, 0.0, 0.0))
+    ifc.opening(wall, "for it", (1.0, -0.1, 0.0, 1.9, 0.3, 2.0), leaf)
+    double = ifc.element(
+        "IfcDoor", "double", (0.0, 0.08, 0.0, 0.8, 0.12, 2.0), (0.8, 0.08, 0.0, 1.6, 0.12, 2.0),
+        (0.0, -0.02, 2.0, 1.6, 0.22, 2.04), at=(2.2, 0.0, 0.0),
+    )  # fmt: skip
+    ifc.opening(wall, "for them", (2.2, -0.1, 0.0, 3.8, 0.3, 2.04), double)
+    model = read_model(ifc.write(tmp_path / "a.ifc"))
+    left = Counter(model.names[k] for k in model.object_of_face)
+    assert left["IfcDoor leaf"] == 0
+    assert left["IfcDoor double"] == 12  # its head
+    assert said(model, "2 doors without leaves")
+
+
+def test_a_slit_narrower_than_its_wall_is_thick_is_looked_through(tmp_path: Path) -> None:
+    ifc = Ifc()
+    ifc.element("IfcSlab", "floor", (0.0, 0.0, -0.2, 4.0, 4.0, 0.0))
+    ifc.element("IfcSpace", "room", (0.0, 0.6, 0.0, 4.0, 4.0, 2.5))
+    # a wall that is drawn by its parts elsewhere: the window's own axes must tell
+    wall = ifc.element("IfcWall", "no shape")
+    slit = ifc.element("IfcWindow", "slit", (0.0, 0.2, 0.0, 0.2, 0.4, 1.0), at=(1.0, 0.0, 1.0))
+    ifc.opening(wall, "for it", (1.0, 0.0, 1.0, 1.2, 0.6, 2.0), slit)
+    found = by_name(read_model(ifc.write(tmp_path / "a.ifc")), "slit")
+    np.testing.assert_allclose(found.corners[:, 1], 0.3, atol=1e-6)
+    assert set(found.rooms) == {"room", None}
+
+
 def test_glass_is_left_out_and_styles_are_colors(office: ImportedModel) -> None:
     found = {m.name: m.base_color for m in office.mesh.materials}
     assert set(found) == {"plaster", "wood"}

@@ -343,6 +343,14 @@ def test_colors_of_pictures_are_not_multiplied_by_alpha(tmp_path: Path) -> None:
     assert srgb_to_linear(np.float32(200 / 255)) > 0.5
 
 
+def test_a_view_past_its_buffer_is_refused(tmp_path: Path) -> None:
+    gltf = Gltf()
+    gltf.mesh()
+    gltf.json["bufferViews"][0]["byteLength"] = 999
+    with pytest.raises(FileFormatError, match=r"bufferViews\[0\] ends at byte 999, but its buffer"):
+        read_model(gltf.glb(tmp_path / "a.glb"))
+
+
 def test_a_claim_without_data_is_not_believed(tmp_path: Path) -> None:
     gltf = Gltf()
     gltf.mesh()

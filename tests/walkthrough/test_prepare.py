@@ -16,13 +16,13 @@ from belvedere.ground.errors import MissingFileError, OutputError, SceneError
 from belvedere.model import Building, Room, write_glb
 from belvedere.scene import Scene
 from belvedere.scene.io import read_views
-from belvedere.studio import open_scene
+from belvedere.studio.scenes import open_scene
 from belvedere.studio.walkthrough import cameras_of, frames_along, walk
 from belvedere.walkthrough import (
     PlacementOptions,
     PrepareOptions,
-    Walkthrough,
     WalkOptions,
+    Walkthrough,
     prepare,
 )
 from belvedere.walkthrough.prepare import estimate
@@ -104,7 +104,8 @@ def test_an_estimate_writes_nothing_and_counts_right(flat: Path, tmp_path, monke
 
 def test_a_model_of_ones_own_is_prepared(interior_mesh, tmp_path) -> None:
     """A GLB that states nothing: its rooms are found, light and a walk are made."""
-    model = write_glb(tmp_path / "mine.glb", interior_mesh)
+    model = tmp_path / "mine.glb"
+    write_glb(model, interior_mesh)
     made = prepare(model, tmp_path / "scene", options=QUICK)
     assert len(made.cells) >= 3
     assert made.doors >= 3
@@ -160,11 +161,13 @@ def test_models_of_no_use_are_refused(tmp_path, interior_mesh) -> None:
         prepare(tmp_path / "nothing.glb", tmp_path / "scene")
     with pytest.raises(ValueError, match="castle"):
         prepare("built-in:castle", tmp_path / "scene")
-    model = write_glb(tmp_path / "mine.glb", interior_mesh)
+    model = tmp_path / "mine.glb"
+    write_glb(model, interior_mesh)
     with pytest.raises(SceneError, match="states no rooms"):
         prepare(model, tmp_path / "other", options=PrepareOptions(cells="stated", rays=4))
     far = Building((Room("far", (np.array([[90, 90], [95, 90], [95, 95.0]]),), 0.0, 2.5),))
-    model = write_glb(tmp_path / "far.glb", interior_mesh, far)
+    model = tmp_path / "far.glb"
+    write_glb(model, interior_mesh, far)
     with pytest.raises(SceneError):
         prepare(model, tmp_path / "third", options=PrepareOptions(rays=4))
     assert not (tmp_path / "scene").exists()

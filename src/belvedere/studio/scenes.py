@@ -74,7 +74,7 @@ def open_scene(
     """
     check_path("open_scene", "path", path)
     if _is_walkthrough(path):
-        from belvedere.walkthrough import Walkthrough, WalkOptions
+        from belvedere.walkthrough import WalkOptions, Walkthrough
 
         threads = choices.pop("threads", None)
         for name in choices:

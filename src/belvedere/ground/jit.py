@@ -65,7 +65,7 @@ class _CompileNotice(event.Listener):
     """Tells a waiting person, once, that the wait is a compilation."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # what interrupts a compilation may need one itself
         self._depth = 0
         self._began = 0.0
         self._spent = 0.0

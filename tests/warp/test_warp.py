@@ -17,6 +17,7 @@ from belvedere.warp import (
     RECONSTRUCTIONS,
     GaussianOptions,
     OffsetOptions,
+    PreparedView,
     SplatOptions,
     WarpOptions,
     prepare,
@@ -375,3 +376,25 @@ def test_warps_in_several_threads_at_once_do_not_disturb_one_another(reconstruct
             lambda job: warp(*job, threads=2, reconstruction=reconstruction), 4 * jobs
         )
         assert all(same(a, b) for a, b in zip(4 * alone, together, strict=True))
+
+
+@pytest.mark.parametrize(("threads", "together"), [(1, 0), (2, 4), (3, 3), (4, 4), (6, 0)])
+def test_as_many_references_are_prepared_at_once_as_there_are_threads(
+    threads: int, together: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (first, camera), (second, _), (third, _) = random_job(1), random_job(2), random_job(3)
+    views = [*first, *second, third[0]]
+    ready = [prepare(view) for view in views]
+    for one in ready:
+        one.find_surface(True, 2)
+    asked: list[int] = []
+    find = PreparedView.find_surface
+
+    def counted(self: PreparedView, silhouettes: bool, threads: int) -> None:
+        asked.append(id(self))
+        assert threads == 1  # which starts none of its own
+        find(self, silhouettes, threads)
+
+    monkeypatch.setattr(PreparedView, "find_surface", counted)
+    assert same(warp(views, camera, threads=threads), warp(ready, camera, threads=threads))
+    assert len(set(asked)) == len(asked) == together

@@ -20,6 +20,9 @@ from belvedere.warp._edges import (
 F4 = npt.NDArray[np.float32]
 U1 = npt.NDArray[np.uint8]
 
+REACH = 2
+"""Samples that a rim reaches inward."""
+
 
 @inner
 def between(low: Real, middle: Real, high: Real) -> bool:
@@ -122,22 +125,24 @@ def flag_near_sides(disparity: F4, links: U1, v: int, out_flags: U1) -> None:
 
 
 @kernel
-def mark_rims(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: U1) -> None:
+def mark_rims(
+    disparity: F4, tolerance: Real, reach: int, row_low: int, row_high: int, out: U1
+) -> None:
     """RIM bits of rows [row_low, row_high), after INTACT is known everywhere.
 
-    A rim is the near side of an edge. Its cells reach two samples inward: further in, no pixel of a
-    view of like scale meets the silhouette.
+    A rim is the near side of an edge. Its cells reach so many samples inward: from `REACH` on, no
+    pixel of a view of like scale meets the silhouette.
     """
     height, width = disparity.shape
     keep = np.float32(1.0) - np.float32(tolerance)
     near = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     places = np.zeros(near.size, np.int32)
-    for v in range(max(row_low - 2, 0), min(row_high + 3, height)):
+    for v in range(max(row_low - reach, 0), min(row_high + reach + 1, height)):
         flag_near_sides(disparity, out, v, near)
         for k in range(list_set(near, places)):
             u = places[k]
             own = disparity[v, u]
-            for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
-                for i in range(max(u - 2, 0), min(u + 2, width - 1)):
+            for j in range(max(v - reach, row_low, 0), min(v + reach, row_high, height - 1)):
+                for i in range(max(u - reach, 0), min(u + reach, width - 1)):
                     if out[j, i] & INTACT and disparity[j, i] >= own * keep:
                         out[j, i] |= np.uint8(RIM)

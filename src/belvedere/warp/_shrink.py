@@ -58,14 +58,18 @@ NONE = 255
 
 
 @kernel
-def largest_shrink(w: F8, tiles: I4, low: F4, high: F4) -> float:
-    """How many samples along its side a pixel covers at most, as far as the middles of tiles tell.
+def largest_shrink(w: F8, tiles: I4, low: F4, high: F4, view_width: int, view_height: int) -> float:
+    """How many samples along its side a pixel covers at most, where the middles of tiles land.
+
+    Those that land outside the view do not count: it does not depend on how many are listed.
 
     Args:
         w: (3, 4) warp matrix.
         tiles: (n, FIELDS), whole ones.
         low: (tiles down, tiles across) smallest disparities.
         high: the largest.
+        view_width: of the desired view.
+        view_height: of the desired view.
     """
     least = np.inf
     for n in range(tiles.shape[0]):
@@ -76,10 +80,12 @@ def largest_shrink(w: F8, tiles: I4, low: F4, high: F4) -> float:
         if t > 0.0:
             x = (w[0, 0] * u + w[0, 1] * v + w[0, 2] + w[0, 3] * delta) / t
             y = (w[1, 0] * u + w[1, 1] * v + w[1, 2] + w[1, 3] * delta) / t
+            if not (-0.5 <= x <= view_width - 0.5 and -0.5 <= y <= view_height - 0.5):
+                continue
             area = (w[0, 0] - x * w[2, 0]) * (w[1, 1] - y * w[2, 1])
             area -= (w[0, 1] - x * w[2, 1]) * (w[1, 0] - y * w[2, 0])
             least = min(least, abs(area) / (t * t))
-    return 1.0 / np.sqrt(least) if least > 0.0 else np.inf
+    return 1.0 / np.sqrt(max(least, 1e-12))
 
 
 @kernel

@@ -416,7 +416,7 @@ def _passage(
     if reconstructor.together:
         from belvedere.warp import _shrink
 
-        shrink = _shrink.largest_shrink(matrix, tiles, low, high)
+        shrink = _shrink.largest_shrink(matrix, tiles, low, high, desired.width, desired.height)
         if shrink > _shrink.BEGIN:
             copies, links = prepared.copies(threads), prepared.wide_links(shrink, threads)
     return Passage(

@@ -20,6 +20,14 @@ def doubled(value):
 def quadrupled(value):
     return doubled(doubled(value))
 
+@inner
+def times(value, factor):
+    return value * factor
+
+@kernel
+def sextupled(value):
+    return times(times(value, 2), 3)
+
 @kernel
 def total(values, out_total):
     for i in range(values.shape[0]):
@@ -90,6 +98,12 @@ def test_a_step_of_a_kernel_can_be_called_from_python(tmp_path: Path, disabled: 
         done = run(tmp_path, after=1000.0, script=script, NUMBA_DISABLE_JIT=disabled, divide=False)
         assert done.returncode == 0, done.stderr
         assert done.stdout.splitlines()[1] == "6.0 5.0 14 8"
+
+
+def test_a_step_is_compiled_once_whatever_constants_it_is_called_with(tmp_path: Path) -> None:
+    script = SCRIPT + "print(kernels.sextupled(1.5), len(kernels.times.overloads))\n"
+    done = run(tmp_path, after=1000.0, script=script)
+    assert done.stdout.splitlines()[1] == "9.0 1", done.stderr
 
 
 def test_without_compilation_overruns_raise(tmp_path: Path) -> None:

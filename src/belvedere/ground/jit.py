@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+from numba import njit, types
 from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -57,18 +57,34 @@ def inner(function: Function) -> Function:
 
     It allocates nothing and returns no array: without Numba's runtime no reference to its arrays is
     counted, which costs more than many a step. Nor is it made callable from Python until somebody
-    calls it, as tests do: that would be a fifth of the time that compiling takes.
+    calls it, as tests do, nor compiled anew for every constant: that would be half the time that
+    compiling takes.
     """
     step: Any = njit(**STEP_SETTINGS)(function)
     if step is not function:  # it is with NUMBA_DISABLE_JIT=1
         # what has no wrapper must never be found by a call from Python, which would end the process
         step._insert = _forget
+        step.get_call_template = _Widened(step.get_call_template)
         step._compile_for_args = _Bridge(step)
     return step
 
 
 def _forget(*compiled: Any) -> None:
     """Take no note of what was compiled."""
+
+
+class _Widened:
+    """Asks for one compilation whatever the constants that a step is called with.
+
+    Once it is part of a kernel they are constants again.
+    """
+
+    def __init__(self, find: Callable[..., Any]) -> None:
+        self._find = find
+
+    def __call__(self, args: Any, kws: Any) -> Any:
+        wide = {name: types.unliteral(kind) for name, kind in kws.items()}
+        return self._find(tuple(types.unliteral(kind) for kind in args), wide)
 
 
 class _Bridge:

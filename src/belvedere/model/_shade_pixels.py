@@ -202,7 +202,7 @@ def read_texture(texels: A, first: int, stride: int, a: Any, c: Any) -> Any:
 
 @inner
 def texture_run(
-    count: int, work: A, q: int, sizes: A, places: A, texels: A, out_light: A, x0: int
+    count: int, work: A, q: Any, sizes: A, places: A, texels: A, out_light: A, x0: int
 ) -> None:
     """Multiply the light of a run of pixels by their texture, two levels of it mixed."""
     for i in range(count):
@@ -253,7 +253,7 @@ def shade_pixels(
     """Colour the pixels of some rows; agrees with `_kernels.shade` to rounding.
 
     Args:
-        keys: (H, W + 8) see `_raster`.
+        keys: (H, W and more) see `_raster`.
         row0: first row.
         row1: the row after the last.
         matrix: (3, 3) of the camera.

@@ -176,7 +176,7 @@ def test_what_it_cannot_draw_is_refused(house) -> None:
 
 def test_of_two_faces_in_one_place_the_first_is_seen_however_the_camera_stands() -> None:
     wall = np.array([[[4, -2, -2], [4, 2, -2], [4, 2, 2], [4, -2, 2]]], float)
-    rasterizer = Rasterizer(evenly_lit(np.concatenate([wall + [0, 0, 0.0], wall, wall])))
+    rasterizer = Rasterizer(evenly_lit(np.concatenate([wall, wall, wall])))
     parts = [rasterizer.prepare([k, k + 1]) for k in (4, 0, 2)]
     for eye in ((0, 0, 0), (1.5, 0.7, -0.3), (0, -1.9, 1.0)):
         camera = Camera.look_at(eye, (4, 0, 0), fov_deg=60, width=64, height=48)
@@ -229,3 +229,18 @@ def test_a_frame_is_the_callers_own(house) -> None:
     rasterizer.draw(Camera.look_at(*CAMERAS[1][:2], width=640, height=640))
     for a, b in zip(first, kept, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_colors_of_corners_multiply_the_base_color(house) -> None:
+    colors = 0.7 + 0.6 * np.sin(7.0 * house.mesh.vertices[house.mesh.faces])
+    tinted = LitModel(replace(house.mesh, colors=colors), house.charts, house.light)
+    camera = Camera.look_at(*CAMERAS[0][:2], fov_deg=60, width=200, height=150)
+    truth, plain = photograph(tinted, camera, 1), photograph(house, camera, 1)
+    color, disparity, _ = Rasterizer(tinted).draw(camera)
+    agree = np.abs(disparity - truth.disparity) <= 1e-5 * truth.disparity
+    assert psnr(color, truth.color, agree) > 50.0
+    assert psnr(plain.color, truth.color) < 25.0
+    # one color for all is the base color's factor
+    even = LitModel(replace(house.mesh, colors=np.ones_like(colors)), house.charts, house.light)
+    np.testing.assert_array_equal(photograph(even, camera, 2).color,
+                                  photograph(house, camera, 2).color)  # fmt: skip

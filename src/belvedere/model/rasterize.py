@@ -204,7 +204,7 @@ class Rasterizer:
         t, room = self._tables, camera.width + _shade_pixels.PAD
         _shade_pixels.shade_pixels(
             keys, *rows, camera.matrix, eye, _pixel_angle(camera), t.plane, t.maps, t.record,
-            t.record.view(np.float32), t.base, t.emission, t.texture_of, t.texels, t.sizes,
+            t.record.view(np.float32), t.tints, t.base, t.emission, t.texture_of, t.texels, t.sizes,
             t.places, t.depth, LINEAR_TO_SRGB8, t.soft, t.sun, self.model.light.sun_color,
             scratch("shade work", (_shade_pixels.ROWS, room), np.float32),
             scratch("shade cells", (_shade_pixels.WHOLE_ROWS, room), np.int32),

@@ -180,7 +180,7 @@ def _looks_inwards(
     caster: RayCaster, face: I8, point: F8, normal: F8, sign: F8, piece: I8, threads: int | None
 ) -> F8:
     """(S,) 1 where a point's front looks into a solid and its back does not, -1 for the reverse."""
-    near, backs, own = [], [], []
+    near, own = [], []
     k = np.arange(LOOKS) + 0.5
     z, angle = np.sqrt(1.0 - k / LOOKS), 2.399963 * k
     ring = np.sqrt(1.0 - z * z)
@@ -194,18 +194,16 @@ def _looks_inwards(
         way = way.reshape(-1, 3)
         hits = caster.cast(np.repeat(point + 1e-3 * up, LOOKS, axis=0), way, threads)
         seen = np.where(hits.face >= 0, hits.face, 0)
-        facing = np.einsum("ij,ij->i", normal[seen], way) * sign[seen]
-        back = (hits.face >= 0) & (facing > 0.0)
         itself = (hits.face >= 0) & (piece[seen] == np.repeat(piece[face], LOOKS))
         near.append(np.median(hits.t.reshape(-1, LOOKS), axis=1))
-        backs.append(back.reshape(-1, LOOKS).mean(axis=1))
         own.append(itself.reshape(-1, LOOKS).mean(axis=1))
 
     def inside(front: int) -> B1:
         rear = 1 - front
         narrow = (near[front] < CLOSE_M) & (near[rear] > 2.0 * near[front])
-        open_behind = (own[rear] < 0.5) | (near[rear] > 2.0 * CLOSE_M)
-        return (narrow & open_behind) | ((backs[front] > 0.6) & (backs[rear] < 0.3))
+        room = (near[rear] > CLOSE_M) & np.isfinite(near[rear])
+        hollow = (own[rear] > 0.5) & (near[rear] < 2.0 * CLOSE_M)  # the rear is the solid
+        return (narrow | room) & ~hollow
 
     return inside(0).astype(np.float64) - inside(1)
 

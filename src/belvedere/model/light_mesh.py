@@ -22,7 +22,7 @@ ROOM_LAMPS = 24
 LAMP_POWER = (0.95, 0.80, 0.62)
 LAMP_RADIUS = 0.15
 LAMP_SHADE = 0.30
-BELOW_CEILING_M = 0.35
+BELOW_CEILING_M = 0.5
 LATTICE_M = 0.25
 """Between places that are tried for a lamp."""
 SOFT_POINTS = 1_500_000

@@ -6,9 +6,12 @@ hemisphere after Goral et al. 1984.
 """
 
 from belvedere.model.building import Building, Opening, Room
+from belvedere.model.chart_mesh import charts_of
 from belvedere.model.house import HOUSES, House, HouseKind, build_house
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
+from belvedere.model.light_mesh import light_model
+from belvedere.model.lit_file import load_lit_model, save_lit_model
 from belvedere.model.model_scene import ModelScene
 from belvedere.model.photograph import LitModel, photograph
 from belvedere.model.rasterize import DrawList, Rasterizer
@@ -34,5 +37,9 @@ __all__ = [
     "bake",
     "build_house",
     "build_interior",
+    "charts_of",
+    "light_model",
+    "load_lit_model",
     "photograph",
+    "save_lit_model",
 ]

@@ -23,7 +23,8 @@ from belvedere.model import build_interior, photograph
 from tests.documents import EXAMPLES, PAGES, ROOT, SHOWN_ONLY, Block, blocks, make_captures, page_id
 
 ROOMS = ("belvedere", "belvedere.ground", "belvedere.scene", "belvedere.scene.io",
-         "belvedere.warp", "belvedere.model", "belvedere.studio")  # fmt: skip
+         "belvedere.warp", "belvedere.model", "belvedere.walkthrough",
+         "belvedere.studio")  # fmt: skip
 LARGEST_PICTURE = 300_000
 
 

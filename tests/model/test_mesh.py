@@ -39,6 +39,14 @@ def test_joined_meshes_keep_their_faces_and_share_materials() -> None:
     np.testing.assert_array_equal(joined.vertices[joined.faces[1]], second.vertices)
 
 
+def test_colors_of_corners_survive_joining() -> None:
+    red = np.broadcast_to(np.array([1, 0, 0], np.float32), (1, 3, 3))
+    joined = Mesh.concatenate([triangle(), triangle(1.0, colors=red)])
+    assert joined.colors is not None
+    np.testing.assert_array_equal(joined.colors, [np.ones((3, 3)), red[0]])
+    assert Mesh.concatenate([triangle(), triangle()]).colors is None
+
+
 def test_nothing_joined_is_an_empty_mesh() -> None:
     empty = Mesh.concatenate([])
     assert len(empty.faces) == 0
@@ -51,6 +59,8 @@ def test_nothing_joined_is_an_empty_mesh() -> None:
         ({"faces": np.array([[0, 1, 3]])}, r"Mesh\.faces\[0, 2\] is 3, but there are 3 vertices"),
         ({"material_index": np.array([2])}, r"Mesh\.material_index\[0\] is 2, but there are 1"),
         ({"uv": np.zeros((1, 2))}, r"Mesh\.uv has shape \(1, 2\), expected \(1, 3, 2\)"),
+        ({"colors": np.zeros((1, 3))}, r"Mesh\.colors has shape \(1, 3\), expected \(1, 3, 3\)"),
+        ({"colors": np.full((1, 3, 3), np.inf)}, r"Mesh\.colors\[0, 0, 0\] is not finite \(9 such"),
         ({"uv": np.full((1, 3, 2), np.nan)}, r"Mesh\.uv\[0, 0, 0\] is not finite \(6 such"),
     ],
 )

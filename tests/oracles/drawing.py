@@ -42,3 +42,7 @@ class RayDrawer:
             model = self._parts[key]
         view = photograph(model, camera, 1, threads=threads)
         return view.color.copy(), view.disparity.copy()
+
+    def trace(self, camera, u, v, threads):
+        view = photograph(self.model, camera, 1, threads=threads)
+        return view.color[v, u], view.disparity[v, u]

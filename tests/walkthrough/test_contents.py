@@ -8,7 +8,7 @@ import pytest
 from belvedere.ground.errors import InputError
 from belvedere.scene.mesh import Material, Mesh
 from belvedere.walkthrough import OUTSIDE, Cell, CellGraph, contents_of
-from tests.walkthrough.plans import ring, three_rooms
+from tests.walkthrough.graphs import ring, three_rooms
 
 
 def small_triangles(rng: np.random.Generator, count: int, size: float) -> Mesh:

@@ -7,7 +7,7 @@ import pytest
 
 from belvedere.ground.errors import CameraError, InputError
 from belvedere.walkthrough import PlacementOptions, Portal, Side, reference_camera, semicircle_eyes
-from tests.walkthrough.plans import three_rooms
+from tests.walkthrough.graphs import three_rooms
 
 
 def sides() -> list[Side]:

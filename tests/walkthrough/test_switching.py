@@ -8,7 +8,7 @@ import pytest
 from belvedere.ground.errors import InputError
 from belvedere.walkthrough import Switches, SwitchOptions
 from belvedere.walkthrough.switching import closeness
-from tests.walkthrough.plans import three_rooms
+from tests.walkthrough.graphs import three_rooms
 
 DOOR = three_rooms().portals[1]  # one metre wide, in the plane y = 4.47
 

@@ -11,7 +11,7 @@ from belvedere.ground.errors import CameraError, InputError
 from belvedere.scene import Camera, SphereCamera
 from belvedere.walkthrough import OUTSIDE, Cell, CellGraph, Visibility, view_cell
 from tests.oracles.sight import cells_along
-from tests.walkthrough.plans import grid_of_rooms, ring, three_rooms, upright
+from tests.walkthrough.graphs import grid_of_rooms, ring, three_rooms, upright
 
 
 def camera_at(eye, yaw: float, pitch: float = 0.0, fov: float = 60.0) -> Camera:

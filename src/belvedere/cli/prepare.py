@@ -80,7 +80,7 @@ def prepare(
             min=1,
             max=1000,
             rich_help_panel=REFERENCES,
-            help="Pictures for each portal, shared between its two sides.",
+            help="Pictures on each side of a door or opening between two rooms.",
         ),
     ] = 6,
     texels: Annotated[
@@ -128,6 +128,15 @@ def prepare(
     seed: Annotated[
         int, typer.Option(min=0, help="Of a built-in house.", rich_help_panel=MODEL)
     ] = 0,
+    detail: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=20,
+            rich_help_panel=MODEL,
+            help="Of a built-in house: so many times its polygons, in the same shapes.",
+        ),
+    ] = 1,
     rays: Annotated[
         int,
         typer.Option(
@@ -182,7 +191,7 @@ def prepare(
     options = PrepareOptions(
         cells=cells.value, cells_file=None if cells_file is None else str(cells_file.absolute()),
         placement=placement.value, bound=bound, units=units, up=up, doors=doors.value, rays=rays,
-        seed=seed, references=PlacementOptions(count=references, texels=texels),
+        seed=seed, detail=detail, references=PlacementOptions(count=references, texels=texels),
     )  # fmt: skip
     target = output or Path(model.removeprefix("built-in:")).with_suffix("")
     target = Path(target.name) if output is None else target

@@ -11,8 +11,6 @@ import typer
 from belvedere.cli.arguments import (
     LOOK,
     OUTPUT,
-    Fill,
-    FillOption,
     ForceOption,
     JsonOption,
     Reconstruction,
@@ -31,6 +29,14 @@ class Mode(StrEnum):
     TEXTURES = "textures"
     ONE = "one"
     TWO = "two"
+
+
+class Fill(StrEnum):
+    """What becomes of holes."""
+
+    NONE = "none"
+    BACKGROUND = "background"
+    TRACE = "trace"
 
 
 class Merge(StrEnum):
@@ -80,7 +86,14 @@ def walk(
         ),
     ] = Merge.DISPARITY,
     reconstruction: ReconstructionOption = Reconstruction.INVERSE,
-    fill: FillOption = Fill.NONE,
+    fill: Annotated[
+        Fill,
+        typer.Option(
+            rich_help_panel=LOOK,
+            help="Holes, which no picture saw: trace casts a ray for each, background continues "
+            "what is around, none leaves them black.",
+        ),
+    ] = Fill.TRACE,
     persist: Annotated[
         bool,
         typer.Option(

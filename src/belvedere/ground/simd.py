@@ -56,6 +56,11 @@ def scale4(a: Four, factor: Real) -> Four:
     return a * np.float32(factor)
 
 
+def mul4(a: Four, b: Four) -> Four:
+    """Product of each two."""
+    return a * b
+
+
 def max4(a: Four, b: Four) -> Four:
     """The larger of each two; that of b where a is NaN."""
     return np.where(a > b, a, b)
@@ -195,6 +200,7 @@ _compiled(zero4, lambda: lambda: ops.zero4())
 _compiled(four, lambda a, b, c, d: lambda a, b, c, d: ops.four(a, b, c, d))
 _compiled(add4, lambda a, b: lambda a, b: ops.add(a, b))
 _compiled(scale4, lambda a, factor: lambda a, factor: ops.scale(a, factor))
+_compiled(mul4, lambda a, b: lambda a, b: ops.mul(a, b))
 _compiled(max4, lambda a, b: lambda a, b: ops.max4(a, b))
 _compiled(min4, lambda a, b: lambda a, b: ops.min4(a, b))
 _compiled(cubic4, lambda f: lambda f: ops.cubic4(f))

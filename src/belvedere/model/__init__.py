@@ -6,40 +6,57 @@ hemisphere after Goral et al. 1984.
 """
 
 from belvedere.model.building import Building, Opening, Room
-from belvedere.model.chart_mesh import charts_of
-from belvedere.model.house import HOUSES, House, HouseKind, build_house
+from belvedere.model.house import (
+    HOUSES,
+    House,
+    HouseKind,
+    UnlitHouse,
+    build_house,
+    build_unlit_house,
+)
+from belvedere.model.imported import ImportedModel, ModelSource
 from belvedere.model.interior import Interior, build_interior
 from belvedere.model.light import Lamp, LightMap, LightSettings, bake
-from belvedere.model.light_mesh import light_model
+from belvedere.model.lighting import light_model, room_lamps
 from belvedere.model.lit_file import load_lit_model, save_lit_model
 from belvedere.model.model_scene import ModelScene
-from belvedere.model.photograph import LitModel, photograph
+from belvedere.model.photograph import LitModel, photograph, photograph_pixels
 from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
+from belvedere.model.read import MODEL_SUFFIXES, read_model
+from belvedere.model.write import write_glb
 
 __all__ = [
     "HOUSES",
+    "MODEL_SUFFIXES",
     "Building",
     "DrawList",
     "Hits",
     "House",
     "HouseKind",
+    "ImportedModel",
     "Interior",
     "Lamp",
     "LightMap",
     "LightSettings",
     "LitModel",
     "ModelScene",
+    "ModelSource",
     "Opening",
     "Rasterizer",
     "RayCaster",
     "Room",
+    "UnlitHouse",
     "bake",
     "build_house",
     "build_interior",
-    "charts_of",
+    "build_unlit_house",
     "light_model",
     "load_lit_model",
     "photograph",
+    "photograph_pixels",
+    "read_model",
+    "room_lamps",
     "save_lit_model",
+    "write_glb",
 ]

@@ -99,11 +99,11 @@ def hemisphere_rays(p: A, n: A, pattern: A, samples: A, out_origins: A, out_dire
 
 @kernel
 def gather_hits(
-    face: A, u: A, v: A, directions: A, of_face: A, st: A, front: A, albedo: A,
-    soft_first: A, soft_shape: A, sun_first: A, sun_shape: A, sun: A, sun_color: A,
-    sky_gain: float, glow: A, two_sided: bool, count: int, out_link: A, out_light: A, out_back: A,
+    face: A, u: A, v: A, directions: A, of_face: A, st: A, front: A, albedo: A, emission: A,
+    two_sided: A, soft_first: A, soft_shape: A, sun_first: A, sun_shape: A, sun: A, sun_color: A,
+    sky_gain: float, count: int, out_link: A, out_light: A, out_back: A,
 ) -> None:  # fmt: skip
-    """Light that comes at once (sky, sunlit and glowing surfaces); links to charts for what bounces later."""
+    """Light that comes at once (sky, sunlit surfaces); links to charts for what bounces later."""
     for i in range(out_light.shape[0]):
         r, g, b, back = 0.0, 0.0, 0.0, 0
         for j in range(count):
@@ -120,11 +120,10 @@ def gather_hits(
             facing = 0.0
             for c in range(3):
                 facing += directions[at, c] * front[k, c]
-            if facing >= 0.0:
+            if facing >= 0.0 and not two_sided[k]:
                 out_link[at] = DARK
                 back += 1
-                if not two_sided:
-                    continue
+                continue
             w = 1.0 - u[at] - v[at]
             s = w * st[f, 0, 0] + u[at] * st[f, 1, 0] + v[at] * st[f, 2, 0]
             t = w * st[f, 0, 1] + u[at] * st[f, 1, 1] + v[at] * st[f, 2, 1]
@@ -135,9 +134,9 @@ def gather_hits(
             a = int(s * (sun_shape[k, 0] - 1) + 0.5)
             c0 = int(t * (sun_shape[k, 1] - 1) + 0.5)
             lit = sun[sun_first[k] + c0 * sun_shape[k, 0] + a]
-            r += albedo[k, 0] * lit * sun_color[0] + glow[k, 0]
-            g += albedo[k, 1] * lit * sun_color[1] + glow[k, 1]
-            b += albedo[k, 2] * lit * sun_color[2] + glow[k, 2]
+            r += albedo[k, 0] * lit * sun_color[0] + emission[k, 0]
+            g += albedo[k, 1] * lit * sun_color[1] + emission[k, 1]
+            b += albedo[k, 2] * lit * sun_color[2] + emission[k, 2]
         out_light[i, 0], out_light[i, 1], out_light[i, 2] = r / count, g / count, b / count
         out_back[i] = back / count
 

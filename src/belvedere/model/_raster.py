@@ -3,6 +3,10 @@
 Private. Screen positions are whole numbers of `SUB`-ths of a pixel, so that edge functions are
 exact: of two triangles that share an edge exactly one covers each pixel center on it (the top-left
 rule), whatever clusters they come from.
+
+A pixel is one whole number, its key: the bits of its disparity (positive floats are ordered as
+their bits are), then a number that is larger for a smaller face. The largest key wins, so that the
+order in which triangles are drawn changes nothing, where two coincide neither.
 """
 
 from __future__ import annotations
@@ -13,24 +17,41 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.eight import max_keys8, ramp8
 from belvedere.ground.jit import inner, kernel
+from belvedere.ground.simd import bits_of, float_of
 
 A = npt.NDArray[Any]
+F = np.float32
 
-SUB = 256
+SHIFT = 8
+SUB = 1 << SHIFT
 """Steps of a pixel that corners are rounded to."""
 NEAR_M = 0.01
 """What is nearer than this to the eye, in depth, is cut away."""
 GUARD_PX = 4096.0
 """Triangles are cut this far outside the picture, so that whole numbers do not overflow."""
-CUT = 1 << 40
-"""Column of a corner that lies outside the guard, where no other can be."""
 MOST_CORNERS = 12
 """Of a triangle cut by five planes: eight, and some to spare."""
+MOST_PIECES = 6
+"""Triangles that a cut one becomes."""
+RECORD = 10
+"""Numbers of a triangle that may show: x, y of three corners, face, three disparities."""
+TILE = 16
+"""Side of the squares of pixels whose least disparity is known."""
+SKY = (1 << 32) - 1
+"""Key of a pixel where nothing stands."""
+LAST_FACE = (1 << 31) - 1
+NARROW = 4
+"""Columns up to which pixels are tried one by one."""
+HAIR = 2.0**-32
+"""Less than any quotient of edge functions is away from a whole number, if it is none."""
 
 
 @kernel
-def cull_clusters(low: A, high: A, eye: A, planes: A, inverse: A, rect: A, out_rect: A) -> None:
+def cull_clusters(
+    low: A, high: A, eye: A, planes: A, inverse: A, rect: A, out_rect: A, out_near: A, out_cut: A
+) -> None:  # fmt: skip
     """Where on the picture each cluster of triangles may be.
 
     Args:
@@ -41,6 +62,8 @@ def cull_clusters(low: A, high: A, eye: A, planes: A, inverse: A, rect: A, out_r
         inverse: (3, 3) world to pixels times depth.
         rect: (4,) first and last column, first and last row that may be drawn.
         out_rect: (C, 4) the same for each cluster; last before first where it is not seen.
+        out_near: (C,) disparity that none of its corners exceeds.
+        out_cut: (C,) whether triangles may have to be cut.
     """
     for k in range(low.shape[0]):
         seen = True
@@ -53,29 +76,35 @@ def cull_clusters(low: A, high: A, eye: A, planes: A, inverse: A, rect: A, out_r
                 seen = False
                 break
         out_rect[k, 0], out_rect[k, 1], out_rect[k, 2], out_rect[k, 3] = 1, 0, 1, 0
+        out_near[k], out_cut[k] = 0.0, False
         if not seen:
             continue
         x0, x1, y0, y1 = math.inf, -math.inf, math.inf, -math.inf
-        behind, before = 0, 0
+        behind, before, nearest = 0, 0, math.inf
         for corner in range(8):
             dx = (high[k, 0] if corner & 1 else low[k, 0]) - eye[0]
             dy = (high[k, 1] if corner & 2 else low[k, 1]) - eye[1]
             dz = (high[k, 2] if corner & 4 else low[k, 2]) - eye[2]
             z = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
-            if z < NEAR_M:
+            if z < 1.01 * NEAR_M:
                 behind += 1
                 continue
+            nearest = min(nearest, z)
             before += 1
             u = (inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz) / z
             v = (inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz) / z
             x0, x1, y0, y1 = min(x0, u), max(x1, u), min(y0, v), max(y1, v)
         if before == 0:
             continue
+        out_near[k], out_cut[k] = 1.0001 / nearest, False
         if behind > 0:
+            out_near[k], out_cut[k] = math.inf, True
             out_rect[k, 0], out_rect[k, 1], out_rect[k, 2], out_rect[k, 3] = (
                 rect[0], rect[1], rect[2], rect[3],
             )  # fmt: skip
             continue
+        least, most = min(x0 - rect[0], y0 - rect[2]), max(x1 - rect[1], y1 - rect[3])
+        out_cut[k] = least < 1.0 - GUARD_PX or most > GUARD_PX - 1.0
         # a step of rounding on either side
         out_rect[k, 0] = max(rect[0], math.ceil(max(x0, -1e6) - 0.01))
         out_rect[k, 1] = min(rect[1], math.floor(min(x1, 1e6) + 0.01))
@@ -83,102 +112,128 @@ def cull_clusters(low: A, high: A, eye: A, planes: A, inverse: A, rect: A, out_r
         out_rect[k, 3] = min(rect[3], math.floor(min(y1, 1e6) + 0.01))
 
 
-@kernel
-def draw_clusters(
-    first_vertex: A, vertices: A, first_face: A, corners: A, faces: A, rects: A, eye: A,
-    inverse: A, row0: int, row1: int, width: int, height: int, out_face: A, out_disparity: A,
-) -> None:  # fmt: skip
-    """Draw what clusters show in some rows of the picture.
-
-    Args:
-        first_vertex: (C + 1,) where each cluster's vertices begin.
-        vertices: (V, 3) float32.
-        first_face: (C + 1,) where its triangles begin.
-        corners: (F, 3) uint8 vertex of the cluster.
-        faces: (F,) the number that stands for each triangle.
-        rects: (C, 4) from `cull_clusters`.
-        eye: (3,) in the frame of the vertices.
-        inverse: (3, 3) world to pixels times depth.
-        row0: first row.
-        row1: the row after the last.
-        width: of the picture.
-        height: of the picture.
-        out_face: (H, W) int32.
-        out_disparity: (H, W) float32; what is drawn must exceed it.
-    """
-    x, y, z = np.empty(256), np.empty(256), np.empty(256)
-    fx, fy = np.empty(256, np.int64), np.empty(256, np.int64)
-    held, spare = np.empty((MOST_CORNERS, 3)), np.empty((MOST_CORNERS, 3))
-    low_x, high_x = -GUARD_PX, width + GUARD_PX
-    low_y, high_y = -GUARD_PX, height + GUARD_PX
-    for k in range(rects.shape[0]):
-        x0, x1 = rects[k, 0], rects[k, 1]
-        y0, y1 = max(rects[k, 2], row0), min(rects[k, 3], row1 - 1)
-        if x1 < x0 or y1 < y0:
-            continue
-        start = first_vertex[k]
-        count = first_vertex[k + 1] - start
-        inside = True
-        for i in range(count):
-            dx = vertices[start + i, 0] - eye[0]
-            dy = vertices[start + i, 1] - eye[1]
-            dz = vertices[start + i, 2] - eye[2]
-            x[i] = inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz
-            y[i] = inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz
-            z[i] = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
-        for i in range(count):
-            # a corner that must be cut away has a disparity no kept corner has
-            d = 1.0 / z[i] if z[i] >= NEAR_M else -1.0
-            u, v = x[i] * d, y[i] * d
-            if d < 0.0 or u < low_x or u > high_x or v < low_y or v > high_y:
-                fx[i] = CUT
-                inside = False
-            else:
-                fx[i] = math.floor(u * SUB + 0.5)
-                fy[i] = math.floor(v * SUB + 0.5)
-        for f in range(first_face[k], first_face[k + 1]):
-            a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
-            if inside or (fx[a] < CUT and fx[b] < CUT and fx[c] < CUT):
-                draw_triangle(
-                    fx[a], fy[a], 1.0 / z[a], fx[b], fy[b], 1.0 / z[b], fx[c], fy[c], 1.0 / z[c],
-                    x0, x1, y0, y1, faces[f], out_face, out_disparity,
-                )  # fmt: skip
-                continue
-            for i, corner in enumerate((a, b, c)):
-                held[i, 0], held[i, 1], held[i, 2] = x[corner], y[corner], z[corner]
-            n = cut_polygon(held, 3, low_x, high_x, low_y, high_y, spare)
-            for i in range(1, n - 1):
-                u0, v0, d0 = _on_screen(held, 0)
-                u1, v1, d1 = _on_screen(held, i)
-                u2, v2, d2 = _on_screen(held, i + 1)
-                draw_triangle(
-                    u0,
-                    v0,
-                    d0,
-                    u1,
-                    v1,
-                    d1,
-                    u2,
-                    v2,
-                    d2,
-                    x0,
-                    x1,
-                    y0,
-                    y1,
-                    faces[f],
-                    out_face,
-                    out_disparity,
-                )
+@inner
+def is_hidden(near: float, x0: int, x1: int, y0: int, y1: int, tiles: A) -> bool:
+    """Whether all that is seen in a rectangle is nearer."""
+    for j in range(y0 // TILE, y1 // TILE + 1):
+        for i in range(x0 // TILE, x1 // TILE + 1):
+            if tiles[j, i] <= near:
+                return False
+    return True
 
 
 @inner
-def _on_screen(polygon: A, i: int) -> tuple[int, int, float]:
-    d = 1.0 / polygon[i, 2]
-    return (
-        math.floor(polygon[i, 0] * d * SUB + 0.5),
-        math.floor(polygon[i, 1] * d * SUB + 0.5),
-        d,
-    )
+def project(
+    start: int, count: int, vertices: A, eye: A, inverse: A, width: int, height: int, out_held: A,
+    out_x: A, out_y: A, out_delta: A, out_off: A,
+) -> bool:  # fmt: skip
+    """Move a cluster's vertices to the screen; whether all of them are there."""
+    ex, ey, ez = eye[0], eye[1], eye[2]
+    low_x, high_x = -GUARD_PX, width + GUARD_PX
+    low_y, high_y = -GUARD_PX, height + GUARD_PX
+    off = 0
+    for i in range(count):
+        dx = vertices[0, start + i] - ex
+        dy = vertices[1, start + i] - ey
+        dz = vertices[2, start + i] - ez
+        out_held[i] = inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz
+        out_held[i + 256] = inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz
+        out_held[i + 512] = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
+    for i in range(count):
+        z = out_held[i + 512]
+        delta = 1.0 / max(z, NEAR_M)
+        u, v = out_held[i] * delta, out_held[i + 256] * delta
+        here = (z >= NEAR_M) & (u >= low_x) & (u <= high_x) & (v >= low_y) & (v <= high_y)
+        u, v = min(max(u, low_x), high_x), min(max(v, low_y), high_y)
+        out_x[i] = np.int32(math.floor(u * SUB + 0.5))
+        out_y[i] = np.int32(math.floor(v * SUB + 0.5))
+        out_delta[i] = F(delta)
+        out_off[i] = np.int32(0) if here else np.int32(1)
+        off |= 0 if here else 1
+    return off == 0
+
+
+@kernel
+def set_up(
+    positions: A, clusters: A, rects: A, near: A, room: A, first_vertex: A, vertices: A,
+    first_face: A, corners: A, faces: A, eye: A, inverse: A, width: int, height: int, tiles: A,
+    out_count: A, out_record: A, out_delta: A,
+) -> None:  # fmt: skip
+    """Find out which triangles of some clusters may show, and where their corners are.
+
+    Args:
+        positions: (N,) places of the clusters in the arrays of a frame.
+        clusters: (P,) of a frame: each cluster's number in the arrays of its list.
+        rects: (P, 4) of a frame, see `cull_clusters`.
+        near: (P,) of a frame.
+        room: (P,) of a frame: where each cluster's records begin.
+        first_vertex: (C + 1,) of a list: where each cluster's vertices begin.
+        vertices: (3, V) float32.
+        first_face: (C + 1,) where its triangles begin.
+        corners: (F, 3) uint8 vertex of the cluster.
+        faces: (F,) the number that stands for each triangle.
+        eye: (3,) in the frame of the vertices.
+        inverse: (3, 3) world to pixels times depth.
+        width: of the picture.
+        height: of the picture.
+        tiles: least disparity of each square of `TILE` pixels.
+        out_count: (P,) how many records each cluster has.
+        out_record: (R, RECORD) int32.
+        out_delta: (R, RECORD) float32, the same memory.
+    """
+    held = np.empty(768)
+    fx, fy, off = np.empty(256, np.int32), np.empty(256, np.int32), np.empty(256, np.int32)
+    delta, shows = np.empty(256, np.float32), np.empty(256, np.int32)
+    polygon, spare = np.empty((MOST_CORNERS, 3)), np.empty((MOST_CORNERS, 3))
+    low_x, high_x = -GUARD_PX, width + GUARD_PX
+    low_y, high_y = -GUARD_PX, height + GUARD_PX
+    for n in range(positions.shape[0]):
+        at = positions[n]
+        k = clusters[at]
+        x0, x1, y0, y1 = rects[at, 0], rects[at, 1], rects[at, 2], rects[at, 3]
+        out_count[at] = 0
+        if is_hidden(near[at], x0, x1, y0, y1, tiles):
+            continue
+        start = first_vertex[k]
+        whole = project(
+            start, first_vertex[k + 1] - start, vertices, eye, inverse, width, height, held, fx,
+            fy, delta, off,
+        )  # fmt: skip
+        begin, count = first_face[k], 0
+        for i in range(first_face[k + 1] - begin):
+            a, b, c = corners[begin + i, 0], corners[begin + i, 1], corners[begin + i, 2]
+            left = max(x0, (min(fx[a], fx[b], fx[c]) + SUB - 1) >> SHIFT)
+            right = min(x1, max(fx[a], fx[b], fx[c]) >> SHIFT)
+            top = max(y0, (min(fy[a], fy[b], fy[c]) + SUB - 1) >> SHIFT)
+            bottom = min(y1, max(fy[a], fy[b], fy[c]) >> SHIFT)
+            shows[count] = i
+            may = (left <= right) & (top <= bottom)
+            count += 1 if may | (off[a] | off[b] | off[c] != 0) else 0
+        r = room[at]
+        for i in range(count):
+            f = begin + shows[i]
+            a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
+            if whole or off[a] | off[b] | off[c] == 0:
+                out_record[r, 0], out_record[r, 1], out_delta[r, 7] = fx[a], fy[a], delta[a]
+                out_record[r, 2], out_record[r, 3], out_delta[r, 8] = fx[b], fy[b], delta[b]
+                out_record[r, 4], out_record[r, 5], out_delta[r, 9] = fx[c], fy[c], delta[c]
+                out_record[r, 6] = faces[f]
+                r += 1
+                continue
+            for j, corner in enumerate((a, b, c)):
+                polygon[j, 0], polygon[j, 1] = held[corner], held[corner + 256]
+                polygon[j, 2] = held[corner + 512]
+            left_over = cut_polygon(polygon, 3, low_x, high_x, low_y, high_y, spare)
+            for j in range(1, left_over - 1):
+                for place, corner in enumerate((0, j, j + 1)):
+                    d = 1.0 / polygon[corner, 2]
+                    u, v = polygon[corner, 0] * d * SUB, polygon[corner, 1] * d * SUB
+                    out_record[r, 2 * place] = math.floor(u + 0.5)
+                    out_record[r, 2 * place + 1] = math.floor(v + 0.5)
+                    out_delta[r, 7 + place] = d
+                out_record[r, 6] = faces[f]
+                r += 1
+        out_count[at] = r - room[at]
 
 
 @kernel
@@ -232,60 +287,152 @@ def _inside(
     return high_y * held[i, 2] - held[i, 1]
 
 
+@kernel
+def clear_keys(row0: int, row1: int, out_keys: A) -> None:
+    """Nothing stands in some rows."""
+    for v in range(row0, row1):
+        for u in range(out_keys.shape[1]):
+            out_keys[v, u] = SKY
+
+
+@kernel
+def least_disparities(row0: int, row1: int, width: int, keys: A, out_tiles: A) -> None:
+    """The least disparity of each tile in some rows, of which the first begins a row of tiles."""
+    for v in range(row0, row1):
+        j = v // TILE
+        for i in range(out_tiles.shape[1]):
+            least = keys[v, i * TILE]
+            for u in range(i * TILE, min(i * TILE + TILE, width)):
+                least = min(least, keys[v, u])
+            found = float_of(np.uint32(least >> 32))
+            out_tiles[j, i] = found if v % TILE == 0 else min(found, out_tiles[j, i])
+
+
+@kernel
+def draw_records(
+    first: int, last: int, rects: A, room: A, count: A, record: A, delta: A, row0: int, row1: int,
+    out_keys: A,
+) -> None:  # fmt: skip
+    """Draw in some rows what the clusters from ``first`` to before ``last`` show.
+
+    Args as in `set_up`; ``out_keys`` is (H, W + 8) int64.
+    """
+    for k in range(first, last):
+        x0, x1 = rects[k, 0], rects[k, 1]
+        y0, y1 = max(rects[k, 2], row0), min(rects[k, 3], row1 - 1)
+        if y1 < y0:
+            continue
+        for r in range(room[k], room[k] + count[k]):
+            draw_triangle(r, record, delta, x0, x1, y0, y1, out_keys)
+
+
+@inner
+def key_of(delta: Any, low: Any) -> Any:
+    """The key of a disparity and a face."""
+    return (np.int64(bits_of(F(delta))) << 32) | low
+
+
 @inner
 def draw_triangle(
-    ax: int, ay: int, ad: float, bx: int, by: int, bd: float, cx: int, cy: int, cd: float,
-    x0: int, x1: int, y0: int, y1: int, face: int, out_face: A, out_disparity: A,
-) -> None:  # fmt: skip
+    r: int, record: A, delta: A, x0: int, x1: int, y0: int, y1: int, out_keys: A
+) -> None:
     """Draw one triangle inside columns x0..x1 and rows y0..y1, whichever way it turns."""
+    r = np.uint64(r)
+    ay, by, cy = np.int64(record[r, 1]), np.int64(record[r, 3]), np.int64(record[r, 5])
     # the first and last pixel whose center can be inside
-    left = max(x0, -((-min(ax, bx, cx)) // SUB))
-    right = min(x1, max(ax, bx, cx) // SUB)
-    if right < left:
-        return
-    top = max(y0, -((-min(ay, by, cy)) // SUB))
-    bottom = min(y1, max(ay, by, cy) // SUB)
+    top = max(y0, (min(ay, by, cy) + SUB - 1) >> SHIFT)
+    bottom = min(y1, max(ay, by, cy) >> SHIFT)
     if bottom < top:
         return
+    ax, bx, cx = np.int64(record[r, 0]), np.int64(record[r, 2]), np.int64(record[r, 4])
+    left = max(x0, (min(ax, bx, cx) + SUB - 1) >> SHIFT)
+    right = min(x1, max(ax, bx, cx) >> SHIFT)
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     if area == 0:
         return
+    ad, bd, cd = np.float64(delta[r, 7]), np.float64(delta[r, 8]), np.float64(delta[r, 9])
     if area < 0:
         bx, cx, by, cy, bd, cd, area = cx, bx, cy, by, cd, bd, -area
-    # steps of the edge functions by one pixel; a pixel on an edge belongs to a top or left one
-    abx, aby = (by - ay) * -SUB, (bx - ax) * SUB
-    bcx, bcy = (cy - by) * -SUB, (cx - bx) * SUB
-    cax, cay = (ay - cy) * -SUB, (ax - cx) * SUB
+    low = np.int64(LAST_FACE) - np.int64(record[r, 6])
     px, py = left * SUB, top * SUB
+    # a pixel on an edge belongs to a top or left one
     ab = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
     bc = (cx - bx) * (py - by) - (cy - by) * (px - bx)
     ca = (ax - cx) * (py - cy) - (ay - cy) * (px - cx)
     ab -= 0 if (by < ay or (by == ay and bx > ax)) else 1
     bc -= 0 if (cy < by or (cy == by and cx > bx)) else 1
     ca -= 0 if (ay < cy or (ay == cy and ax > cx)) else 1
+    # steps of the edge functions by one pixel
+    abx, aby = (ay - by) * SUB, (bx - ax) * SUB
+    bcx, bcy = (by - cy) * SUB, (cx - bx) * SUB
+    cax, cay = (cy - ay) * SUB, (ax - cx) * SUB
     scale = 1.0 / area
     db, dc = (bd - ad) * scale, (cd - ad) * scale
-    if right == left and bottom == top:  # the most common case of all
-        if (ab | bc | ca) >= 0:
-            d = np.float32(ad + db * ca + dc * ab)
-            if d > out_disparity[top, left]:
-                out_disparity[top, left] = d
-                out_face[top, left] = face
-        return
     step = db * cax + dc * abx
+    if right - left < NARROW:
+        for v in range(top, bottom + 1):
+            e0, e1, e2 = ab, bc, ca
+            d = ad + db * ca + dc * ab
+            for u in range(left, right + 1):
+                if (e0 | e1 | e2) >= 0:
+                    key = key_of(d, low)
+                    here = np.uint64(u)
+                    out_keys[np.uint64(v), here] = max(out_keys[np.uint64(v), here], key)
+                e0 += abx
+                e1 += bcx
+                e2 += cax
+                d += step
+            ab += aby
+            bc += bcy
+            ca += cay
+        return
+    draw_spans(
+        left, right, top, bottom, float(ab), float(bc), float(ca), float(abx), float(bcx),
+        float(cax), float(aby), float(bcy), float(cay), ad, db, dc, step, low, out_keys,
+    )  # fmt: skip
+
+
+@inner
+def first_inside(e: float, over: float, a: float) -> float:
+    """First column in which e + a k >= 0, where a > 0 and over = 1 / a; else 0, or many."""
+    if a > 0.0:
+        return -np.floor(e * over + HAIR)
+    return 0.0 if a < 0.0 or e >= 0.0 else 1e9
+
+
+@inner
+def last_inside(e: float, over: float, a: float) -> float:
+    """Last column in which e + a k >= 0, where a < 0 and over = 1 / a; else many."""
+    return np.floor(HAIR - e * over) if a < 0.0 else 1e9
+
+
+@inner
+def draw_spans(
+    left: int, right: int, top: int, bottom: int, ab: float, bc: float, ca: float, abx: float,
+    bcx: float, cax: float, aby: float, bcy: float, cay: float, ad: float, db: float, dc: float,
+    step: float, low: int, out_keys: A,
+) -> None:  # fmt: skip
+    """Draw a triangle row by row, eight pixels at once.
+
+    Edge functions are whole numbers below 2^53 here too; the quotients that say where they change
+    sign are away from whole numbers by more than `HAIR` and known to less.
+    """
+    stride = out_keys.shape[1]
+    over_ab = 1.0 / abx if abx != 0.0 else 0.0
+    over_bc = 1.0 / bcx if bcx != 0.0 else 0.0
+    over_ca = 1.0 / cax if cax != 0.0 else 0.0
+    wide = float(right - left)
     for v in range(top, bottom + 1):
-        e0, e1, e2 = ab, bc, ca
-        d = ad + db * ca + dc * ab
-        for u in range(left, right + 1):
-            if (e0 | e1 | e2) >= 0:
-                here = np.float32(d)
-                if here > out_disparity[v, u]:
-                    out_disparity[v, u] = here
-                    out_face[v, u] = face
-            e0 += abx
-            e1 += bcx
-            e2 += cax
-            d += step
+        begin = max(first_inside(ab, over_ab, abx), first_inside(bc, over_bc, bcx))
+        begin = max(begin, first_inside(ca, over_ca, cax), 0.0)
+        end = min(last_inside(ab, over_ab, abx), last_inside(bc, over_bc, bcx))
+        end = min(end, last_inside(ca, over_ca, cax), wide)
+        if begin <= end:
+            d = ad + db * ca + dc * ab + step * begin
+            at = v * stride + left + np.int64(begin)
+            count = np.int64(end - begin) + 1
+            for i in range(0, count, 8):
+                max_keys8(out_keys, at + i, ramp8() * F(step) + F(d + step * i), F(count - i), low)
         ab += aby
         bc += bcy
         ca += cay

@@ -1,7 +1,9 @@
 """Loops that colour pixels whose face is known: exact disparity, texture, light. Private.
 
 Everything on a face is affine in the position, so a pixel needs no corners: its ray meets the
-face's plane, and texture and chart coordinates are four dot products away.
+face's plane, and texture and chart coordinates are a product and a sum away. A run of pixels that
+show one face is worked on in passes: eight pixels at once find out where they read, then each
+pixel reads colours of four floats.
 """
 
 from __future__ import annotations
@@ -12,11 +14,41 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.eight import (
+    eight,
+    floor8,
+    fold8,
+    load8,
+    log2_8,
+    max8,
+    min8,
+    mix8,
+    ramp8,
+    sqrt8,
+    store8,
+    store_whole8,
+    where8,
+    whole8,
+)
 from belvedere.ground.jit import inner, kernel
-from belvedere.model._sky import sky_radiance
+from belvedere.ground.simd import add4, float_of, four, lane4, load4, mul4, scale4, store4
+from belvedere.model._raster import LAST_FACE, SKY
+from belvedere.model._sky_run import sky_run
 
 A = npt.NDArray[Any]
 F = np.float32
+
+ZERO, HALF, ONE = F(0.0), F(0.5), F(1.0)
+TINY, HUGE = F(1e-9), F(1e9)
+"""Disparities outside these are not believed."""
+FULL = F(65535.0)
+"""A texel that reflects everything."""
+PAD = 16
+"""Elements more that rows of working memory need: eight pixels are written at once."""
+ROWS, WHOLE_ROWS = 10, 3
+"""Rows of working memory, float32 and int32."""
+CHART, SUN, MATERIAL, DENSITY = 0, 3, 6, 7
+"""Columns of a face's record: first point and shape of both lattices, material, texels a metre."""
 
 
 @kernel
@@ -30,7 +62,8 @@ def face_tables(vertices: A, faces: A, origin: A, uv: A, st: A, out_plane: A, ou
         uv: (M, 3, 2) texture coordinates of the corners.
         st: (M, 3, 2) chart coordinates.
         out_plane: (M, 4) float64 normal and height of each plane; zeros without area.
-        out_map: (M, 4, 4) float32 rows for s, t, u, v: gradient, and value at the origin.
+        out_map: (M, 4, 4) float32: slope of s, t, u, v along x, along y, along z, and their
+            values at the origin.
     """
     e, g, value = np.empty(3), np.empty(3), np.empty(3)
     for f in range(faces.shape[0]):
@@ -60,172 +93,167 @@ def face_tables(vertices: A, faces: A, origin: A, uv: A, st: A, out_plane: A, ou
             at = value[0]
             for k in range(3):
                 slope = along * e[k] + up * g[k]
-                out_map[f, row, k] = slope
+                out_map[f, k, row] = slope
                 at -= slope * (vertices[a, k] - origin[k])
-            out_map[f, row, 3] = at
-
-
-@inner
-def film(radiance: Any) -> Any:
-    """`_kernels.expose` in float32 and without a branch; negative radiance is black."""
-    over = max(radiance - F(0.55), F(0.0))
-    return max(min(radiance, F(0.55)), F(0.0)) + F(0.45) * over / (over + F(0.45))
+            out_map[f, 3, row] = at
 
 
 @inner
 def locate_run(
-    f: int, x0: int, x1: int, y: int, matrix: A, eye: A, spread: Any, plane: A, maps: A,
-    density: Any, out_disparity: A, out_s: A, out_t: A, out_u: A, out_v: A, out_foot: A,
+    f: int, x0: int, y: int, count: int, matrix: A, eye: A, spread: Any, plane: A, maps: A,
+    record: A, density: Any, finest: Any, raster: A, disparity: A, work: A, whole: A,
 ) -> None:  # fmt: skip
-    """Where the pixels x0..x1 of a row meet face f: disparity, coordinates, texels a pixel."""
-    bx = matrix[0, 1] * y + matrix[0, 2]
-    by = matrix[1, 1] * y + matrix[1, 2]
-    bz = matrix[2, 1] * y + matrix[2, 2]
+    """Where ``count`` pixels of row y, from x0 on, meet face f, and where they read its light.
+
+    ``work`` gets, a row each: place in the cell of the soft lattice (2), of the sun's lattice (2),
+    texture coordinates (2), mip level, depth; ``whole`` the cells of both lattices.
+    """
+    stride = work.shape[1]
     ax, ay, az = matrix[0, 0], matrix[1, 0], matrix[2, 0]
+    bx = ax * x0 + matrix[0, 1] * y + matrix[0, 2]
+    by = ay * x0 + matrix[1, 1] * y + matrix[1, 2]
+    bz = az * x0 + matrix[2, 1] * y + matrix[2, 2]
     nx, ny, nz = plane[f, 0], plane[f, 1], plane[f, 2]
-    ex, ey, ez = eye[0], eye[1], eye[2]
-    above = plane[f, 3] - (nx * ex + ny * ey + nz * ez)
-    start, slope = nx * bx + ny * by + nz * bz, nx * ax + ny * ay + nz * az
+    above = plane[f, 3] - (nx * eye[0] + ny * eye[1] + nz * eye[2])
     over = 1.0 / above if above != 0.0 else 0.0
-    sx, sy, sz, s1 = maps[f, 0, 0], maps[f, 0, 1], maps[f, 0, 2], maps[f, 0, 3]
-    tx, ty, tz, t1 = maps[f, 1, 0], maps[f, 1, 1], maps[f, 1, 2], maps[f, 1, 3]
-    ux, uy, uz, u1 = maps[f, 2, 0], maps[f, 2, 1], maps[f, 2, 2], maps[f, 2, 3]
-    vx, vy, vz, v1 = maps[f, 3, 0], maps[f, 3, 1], maps[f, 3, 2], maps[f, 3, 3]
-    for x in range(x0, x1):
-        delta = (start + slope * x) * over
+    start, slope = (nx * bx + ny * by + nz * bz) * over, (nx * ax + ny * ay + nz * az) * over
+    gx, gy, gz = load4(maps, 4 * f), load4(maps, 4 * f + 1), load4(maps, 4 * f + 2)
+    at_eye = add4(scale4(gx, F(eye[0])), scale4(gy, F(eye[1])))
+    at_eye = add4(add4(at_eye, scale4(gz, F(eye[2]))), load4(maps, 4 * f + 3))
+    first = add4(add4(scale4(gx, F(bx)), scale4(gy, F(by))), scale4(gz, F(bz)))
+    step = add4(add4(scale4(gx, F(ax)), scale4(gy, F(ay))), scale4(gz, F(az)))
+    wide, high = record[f, CHART + 1], record[f, CHART + 2]
+    sun_wide, sun_high = record[f, SUN + 1], record[f, SUN + 2]
+    last_i, last_j = F(max(wide - 2, 0)), F(max(high - 2, 0))
+    sun_last_i, sun_last_j = F(max(sun_wide - 2, 0)), F(max(sun_high - 2, 0))
+    px, py, pz, qx, qy, qz = F(bx), F(by), F(bz), F(ax), F(ay), F(az)
+    size, normal = spread * density, F(abs(above))
+    for i in range(0, count, 8):
+        at = ramp8() + F(i)
+        delta = ramp8() * F(slope) + F(start + slope * i)
         # seen edge on, the corners' disparity is what there is
-        delta = delta if 1e-9 < delta < 1e9 else np.float64(out_disparity[y, x])
-        depth = 1.0 / delta
-        rx, ry, rz = bx + ax * x, by + ay * x, bz + az * x
-        out_disparity[y, x] = F(delta)
-        px, py, pz = F(ex + depth * rx), F(ey + depth * ry), F(ez + depth * rz)
-        s = sx * px + sy * py + sz * pz + s1
-        t = tx * px + ty * py + tz * pz + t1
-        out_s[x] = min(max(s, F(0.0)), F(1.0))
-        out_t[x] = min(max(t, F(0.0)), F(1.0))
-        out_u[x] = ux * px + uy * py + uz * pz + u1
-        out_v[x] = vx * px + vy * py + vz * pz + v1
-        length = F(rx * rx + ry * ry + rz * rz)
-        facing = max(abs(F(start + slope * x)) / np.sqrt(length), F(0.04))
-        out_foot[x] = F(depth) * spread * density * np.sqrt(length / facing)
+        known = load8(raster, x0 + i)
+        delta = where8(delta, eight(TINY), delta, known)
+        delta = where8(eight(HUGE), delta, delta, known)
+        store8(disparity, x0 + i, delta)
+        depth = ONE / delta
+        store8(work, 7 * stride + i, depth)
+        s = depth * (at * lane4(step, 0) + lane4(first, 0)) + lane4(at_eye, 0)
+        t = depth * (at * lane4(step, 1) + lane4(first, 1)) + lane4(at_eye, 1)
+        s, t = min8(max8(s, ZERO), ONE), min8(max8(t, ZERO), ONE)
+        a, c = s * F(wide - 1), t * F(high - 1)
+        cell_a, cell_c = min8(floor8(a), last_i), min8(floor8(c), last_j)
+        store_whole8(whole, i, cell_c * F(wide) + cell_a)
+        store8(work, i, a - cell_a)
+        store8(work, stride + i, c - cell_c)
+        a, c = s * F(sun_wide - 1), t * F(sun_high - 1)
+        cell_a, cell_c = min8(floor8(a), sun_last_i), min8(floor8(c), sun_last_j)
+        store_whole8(whole, stride + i, cell_c * F(sun_wide) + cell_a)
+        store8(work, 2 * stride + i, a - cell_a)
+        store8(work, 3 * stride + i, c - cell_c)
+        u = depth * (at * lane4(step, 2) + lane4(first, 2)) + lane4(at_eye, 2)
+        v = depth * (at * lane4(step, 3) + lane4(first, 3)) + lane4(at_eye, 3)
+        store8(work, 4 * stride + i, min8(max8(u - floor8(u), ZERO), ONE))
+        store8(work, 5 * stride + i, min8(max8(v - floor8(v), ZERO), ONE))
+        rx, ry, rz = at * qx + px, at * qy + py, at * qz + pz
+        length = rx * rx + ry * ry + rz * rz
+        facing = max8(delta * normal / sqrt8(length), F(0.04))
+        foot = depth * size
+        level = log2_8(max8(foot * foot * length / facing, F(1e-12))) * HALF + F(0.15)
+        store8(work, 6 * stride + i, min8(max8(level, ZERO), finest))
 
 
 @inner
 def light_run(
-    x0: int, x1: int, s: A, t: A, first: int, ns: int, nt: int, soft: A, sun_first: int,
-    sun_ns: int, sun_nt: int, sun: A, sun_color: A, base: A, m: int, out_light: A,
+    count: int, work: A, whole: A, record: A, f: int, soft: A, sun: A, sun_color: A, gain: Any,
+    out_light: A, x0: int,
 ) -> None:  # fmt: skip
-    """Light that the pixels x0..x1 send back, the chart's lattices read bilinearly."""
-    one = F(1.0)
-    wide, high, sun_wide, sun_high = F(ns - 1), F(nt - 1), F(sun_ns - 1), F(sun_nt - 1)
-    sr, sg, sb = F(sun_color[0]), F(sun_color[1]), F(sun_color[2])
-    br, bg, bb = base[m, 0], base[m, 1], base[m, 2]
-    for x in range(x0, x1):
-        a, c = s[x] * wide, t[x] * high
-        i, j = np.int32(a), np.int32(c)
-        fa, fc = a - F(i), c - F(j)
-        i1 = 1 if i + 1 < ns else 0
-        j1 = ns if j + 1 < nt else 0
-        at = first + j * ns + i
-        w00, w10 = (one - fa) * (one - fc), fa * (one - fc)
-        w01, w11 = (one - fa) * fc, fa * fc
-        red = w00 * soft[at, 0] + w10 * soft[at + i1, 0]
-        red += w01 * soft[at + j1, 0] + w11 * soft[at + i1 + j1, 0]
-        green = w00 * soft[at, 1] + w10 * soft[at + i1, 1]
-        green += w01 * soft[at + j1, 1] + w11 * soft[at + i1 + j1, 1]
-        blue = w00 * soft[at, 2] + w10 * soft[at + i1, 2]
-        blue += w01 * soft[at + j1, 2] + w11 * soft[at + i1 + j1, 2]
-        a, c = s[x] * sun_wide, t[x] * sun_high
-        i, j = np.int32(a), np.int32(c)
-        fa, fc = a - F(i), c - F(j)
-        i1 = 1 if i + 1 < sun_ns else 0
-        j1 = sun_ns if j + 1 < sun_nt else 0
-        at = sun_first + j * sun_ns + i
-        lit = (one - fc) * ((one - fa) * sun[at] + fa * sun[at + i1])
-        lit += fc * ((one - fa) * sun[at + j1] + fa * sun[at + i1 + j1])
-        out_light[x, 0] = (red + lit * sr) * br
-        out_light[x, 1] = (green + lit * sg) * bg
-        out_light[x, 2] = (blue + lit * sb) * bb
+    """Light that arrives at a run of pixels, times their gain: lattices read bilinearly."""
+    first, down = record[f, CHART], record[f, CHART + 1]
+    color = mul4(four(F(sun_color[0]), F(sun_color[1]), F(sun_color[2]), ZERO), gain)
+    sun_first, sun_down = record[f, SUN], record[f, SUN + 1]
+    if sun_down == 1 and record[f, SUN + 2] == 1:
+        given = scale4(color, sun[sun_first])
+        for i in range(count):
+            at = first + whole[0, i]
+            pair = mix8(load8(soft, 4 * at), load8(soft, 4 * (at + down)), work[1, i])
+            store4(out_light, x0 + i, add4(mul4(fold8(pair, work[0, i]), gain), given))
+        return
+    for i in range(count):
+        at = first + whole[0, i]
+        pair = mix8(load8(soft, 4 * at), load8(soft, 4 * (at + down)), work[1, i])
+        at = np.uint64(sun_first + whole[1, i])
+        under = np.uint64(at + np.uint64(sun_down))
+        fa, fc = work[2, i], work[3, i]
+        upper = sun[at] + fa * (sun[at + np.uint64(1)] - sun[at])
+        lower = sun[under] + fa * (sun[under + np.uint64(1)] - sun[under])
+        given = scale4(color, upper + fc * (lower - upper))
+        store4(out_light, x0 + i, add4(mul4(fold8(pair, work[0, i]), gain), given))
+
+
+@inner
+def read_texture(texels: A, first: int, stride: int, a: Any, c: Any) -> Any:
+    """A level's colour a columns and c rows into its frame, bilinearly."""
+    i, j = np.int32(a), np.int32(c)
+    at = 4 * (first + j * stride + i)
+    pair = mix8(whole8(texels, at), whole8(texels, at + 4 * stride), c - F(j))
+    return fold8(pair, a - F(i))
 
 
 @inner
 def texture_run(
-    x0: int, x1: int, u: A, v: A, foot: A, q: int, levels: A, texels: A, decode: A, out_light: A
+    count: int, work: A, q: int, sizes: A, places: A, texels: A, out_light: A, x0: int
 ) -> None:
-    """Multiply the light of the pixels x0..x1 by their texture, two levels of it mixed."""
-    one, half = F(1.0), F(0.5)
-    finest = F(levels.shape[1] - 1.001)
-    for x in range(x0, x1):
-        level = np.log2(max(foot[x], F(1e-6))) + F(0.15)
-        level = min(max(level, F(0.0)), finest)
+    """Multiply the light of a run of pixels by their texture, two levels of it mixed."""
+    for i in range(count):
+        level = work[6, i]
         l0 = np.int32(level)
-        fl = level - F(l0)
-        if fl < F(0.02):
-            fl = F(0.0)
-        if fl > F(0.98):
-            fl, l0 = F(0.0), l0 + 1
-        uu, vv = u[x] - np.floor(u[x]), v[x] - np.floor(v[x])
-        tr, tg, tb = F(0.0), F(0.0), F(0.0)
-        for d in range(2):
-            weight = one - fl if d == 0 else fl
-            if weight == F(0.0):
-                continue
-            first = levels[q, l0 + d, 0]
-            th, tw = levels[q, l0 + d, 1], levels[q, l0 + d, 2]
-            a, c = uu * F(tw) + half, vv * F(th) + half
-            i, j = np.int32(a), np.int32(c)
-            fa, fc = a - F(i), c - F(j)
-            i0 = i - 1 if i > 0 else tw - 1
-            j0 = j - 1 if j > 0 else th - 1
-            i1 = i if i < tw else 0
-            j1 = j if j < th else 0
-            p0, p1 = first + j0 * tw, first + j1 * tw
-            w00, w10 = weight * (one - fa) * (one - fc), weight * fa * (one - fc)
-            w01, w11 = weight * (one - fa) * fc, weight * fa * fc
-            tr += w00 * decode[texels[p0 + i0, 0]] + w10 * decode[texels[p0 + i1, 0]]
-            tr += w01 * decode[texels[p1 + i0, 0]] + w11 * decode[texels[p1 + i1, 0]]
-            tg += w00 * decode[texels[p0 + i0, 1]] + w10 * decode[texels[p0 + i1, 1]]
-            tg += w01 * decode[texels[p1 + i0, 1]] + w11 * decode[texels[p1 + i1, 1]]
-            tb += w00 * decode[texels[p0 + i0, 2]] + w10 * decode[texels[p0 + i1, 2]]
-            tb += w01 * decode[texels[p1 + i0, 2]] + w11 * decode[texels[p1 + i1, 2]]
-        out_light[x, 0] *= tr
-        out_light[x, 1] *= tg
-        out_light[x, 2] *= tb
+        share = level - F(l0)
+        if share > F(0.98):
+            l0 += np.int32(1)
+        row = np.uint64(q + l0)
+        u, v = work[4, i], work[5, i]
+        color = read_texture(
+            texels, places[row, 0], places[row, 1], u * sizes[row, 0] + HALF,
+            v * sizes[row, 1] + HALF,
+        )  # fmt: skip
+        if F(0.02) <= share <= F(0.98):
+            row += np.uint64(1)
+            coarse = read_texture(
+                texels, places[row, 0], places[row, 1], u * sizes[row, 0] + HALF,
+                v * sizes[row, 1] + HALF,
+            )  # fmt: skip
+            color = add4(scale4(color, ONE - share), scale4(coarse, share))
+        store4(out_light, x0 + i, mul4(load4(out_light, x0 + i), color))
 
 
 @inner
-def sky_run(x0: int, x1: int, y: int, matrix: A, out_light: A) -> None:
-    """What the pixels x0..x1 of a row see of the world outside."""
-    for x in range(x0, x1):
-        rx = matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]
-        ry = matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]
-        rz = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
-        scale = 1.0 / math.sqrt(rx * rx + ry * ry + rz * rz)
-        r, g, b = sky_radiance(rx * scale, ry * scale, rz * scale)
-        out_light[x, 0], out_light[x, 1], out_light[x, 2] = F(r), F(g), F(b)
-
-
-@inner
-def encode_row(y: int, light: A, encode: A, out_color: A) -> None:
-    """Expose and encode a row of pixels."""
-    steps = F(encode.shape[0] - 1)
-    for x in range(out_color.shape[1]):
-        for c in range(3):
-            root = np.sqrt(film(light[x, c])) * steps + F(0.5)
-            out_color[y, x, c] = encode[np.int32(root)]
+def encode_row(y: int, light: A, whole: A, encode: A, out_color: A) -> None:
+    """Expose (as `_kernels.expose`, but negative radiance is black) and encode a row of pixels."""
+    steps, knee, rest = F(encode.shape[0] - 1), F(0.55), F(0.45)
+    width = out_color.shape[1]
+    for i in range(0, 4 * width, 8):
+        radiance = min8(max8(load8(light, i), ZERO), HUGE)  # infinity would become no number
+        over = max8(radiance - knee, ZERO)
+        shown = min8(radiance, knee) + over * rest / (over + rest)
+        store_whole8(whole, i, sqrt8(shown) * steps + HALF)
+    for x in range(width):
+        out_color[y, x, 0] = encode[np.uint32(whole[4 * x])]
+        out_color[y, x, 1] = encode[np.uint32(whole[4 * x + 1])]
+        out_color[y, x, 2] = encode[np.uint32(whole[4 * x + 2])]
 
 
 @kernel
 def shade_pixels(
-    face: A, row0: int, row1: int, matrix: A, eye: A, spread: float, plane: A, maps: A, of_face: A,
-    density: A, material: A, base: A, emission: A, texture_of: A, texels: A, levels: A, decode: A,
-    encode: A, soft_first: A, soft_shape: A, soft: A, sun_first: A, sun_shape: A, sun: A,
-    sun_color: A, out_disparity: A, out_color: A,
+    keys: A, row0: int, row1: int, matrix: A, eye: A, spread: float, plane: A, maps: A, record: A,
+    density: A, base: A, emission: A, texture_of: A, texels: A, sizes: A, places: A, depth: int,
+    encode: A, soft: A, sun: A, sun_color: A, work: A, whole: A, light: A, codes: A,
+    out_face: A, out_disparity: A, out_color: A,
 ) -> None:  # fmt: skip
     """Colour the pixels of some rows; agrees with `_kernels.shade` to rounding.
 
     Args:
-        face: (H, W) int32; -1 is the sky.
+        keys: (H, W + 8) see `_raster`.
         row0: first row.
         row1: the row after the last.
         matrix: (3, 3) of the camera.
@@ -233,82 +261,63 @@ def shade_pixels(
         spread: angle between neighbouring pixels, radians.
         plane: (M, 4) from `face_tables`.
         maps: (M, 4, 4) from `face_tables`.
-        of_face: (M,) chart of each face.
-        density: (M,) see `photograph.Shading`, like all up to ``levels``.
-        material: (M,) of each face.
-        base: (T, 3) of each material.
-        emission: (T, 3).
-        texture_of: (T,) row of ``levels``, or -1.
-        texels: (X, 3) uint8.
-        levels: (Q, L, 3).
-        decode: (256,) linear light of each byte.
+        record: (M, 8) int32, see `CHART` and what follows.
+        density: (M, 8) float32, the same memory.
+        base: (T, 4) of each material.
+        emission: (T, 4).
+        texture_of: (T,) first row of ``sizes``, or -1.
+        texels: (X, 4) uint16 linear, each level framed by a texel from its other side.
+        sizes: (Q, 2) float32 width and height of each level.
+        places: (Q, 2) int64 first texel and texels a row, frame included.
+        depth: levels of each texture.
         encode: (N,) byte of linear light.
-        soft_first: (K,) see `LightMap`, like all up to ``sun_color``.
-        soft_shape: (K, 2).
-        soft: (P, 3).
-        sun_first: (K,).
-        sun_shape: (K, 2).
-        sun: (S,).
+        soft: (P, 4) see `LightMap`; with a row of zeros for each column of the widest chart.
+        sun: (S,) with as many zeros at the end.
         sun_color: (3,).
-        out_disparity: (H, W) float32, made exact.
+        work: (ROWS, W + PAD) float32, overwritten.
+        whole: (WHOLE_ROWS, W + PAD) int32, overwritten.
+        light: (W + PAD, 4) float32, overwritten.
+        codes: (4 * (W + PAD),) int32, overwritten.
+        out_face: (H, W) int32; -1 is the sky.
+        out_disparity: (H, W) float32; 0 in the sky.
         out_color: (H, W, 3) uint8.
     """
-    width = face.shape[1]
-    s, t, u, v, foot = np.empty((5, width), np.float32)
-    light = np.empty((width, 3), np.float32)
+    width = out_face.shape[1]
+    raster, disparity = work[8], work[9]
     wide = F(spread)
+    finest = F(depth - 1.001)
     for y in range(row0, row1):
+        for x in range(width):
+            key = keys[y, x]
+            raster[x] = float_of(np.uint32(key >> 32))
+            out_face[y, x] = np.int32(LAST_FACE - (key & SKY)) if key != SKY else np.int32(-1)
         x = 0
         while x < width:
-            f, x0 = face[y, x], x
-            while x < width and face[y, x] == f:
+            f, x0 = out_face[y, x], x
+            while x < width and out_face[y, x] == f:
                 x += 1
+            count = x - x0
             if f < 0:
-                sky_run(x0, x, y, matrix, light)
-                for i in range(x0, x):
-                    out_disparity[y, i] = F(0.0)
+                sky_run(x0, y, count, matrix, work[0], work[1], work[2])
+                for i in range(count):
+                    store4(light, x0 + i, four(work[0, i], work[1, i], work[2, i], ZERO))
+                    disparity[x0 + i] = ZERO
                 continue
+            m = record[f, MATERIAL]
+            q = texture_of[m]
             locate_run(
-                f,
-                x0,
-                x,
-                y,
-                matrix,
-                eye,
-                wide,
-                plane,
-                maps,
-                density[f],
-                out_disparity,
-                s,
-                t,
-                u,
-                v,
-                foot,
-            )
-            k, m = of_face[f], material[f]
-            light_run(
-                x0,
-                x,
-                s,
-                t,
-                soft_first[k],
-                soft_shape[k, 0],
-                soft_shape[k, 1],
-                soft,
-                sun_first[k],
-                sun_shape[k, 0],
-                sun_shape[k, 1],
-                sun,
-                sun_color,
-                base,
-                m,
-                light,
-            )
-            if texture_of[m] >= 0:
-                texture_run(x0, x, u, v, foot, texture_of[m], levels, texels, decode, light)
-            if emission[m, 0] + emission[m, 1] + emission[m, 2] > F(0.0):
+                f, x0, y, count, matrix, eye, wide, plane, maps, record, density[f, DENSITY],
+                finest, raster, disparity, work, whole,
+            )  # fmt: skip
+            gain = load4(base, m)
+            if q >= 0:
+                gain = scale4(gain, ONE / FULL)
+            light_run(count, work, whole, record, f, soft, sun, sun_color, gain, light, x0)
+            if q >= 0:
+                texture_run(count, work, q, sizes, places, texels, light, x0)
+            if emission[m, 0] + emission[m, 1] + emission[m, 2] > ZERO:
                 for i in range(x0, x):
-                    for c in range(3):
-                        light[i, c] += emission[m, c]
-        encode_row(y, light, encode, out_color)
+                    store4(light, i, add4(load4(light, i), load4(emission, m)))
+        encode_row(y, light, codes, encode, out_color)
+        for x in range(width):
+            out_disparity[y, x] = disparity[x]

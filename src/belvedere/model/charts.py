@@ -44,6 +44,10 @@ class Charts:
     """(M, 3, 2) chart coordinates of each face's corners."""
     cutouts: npt.NDArray[np.float64]
     """(C, 5) chart index, s0, t0, s1, t1: parts of charts where there is no surface."""
+    covered: bool = True
+    """Whether faces cover all of every chart but its cutouts."""
+    two_sided: npt.NDArray[np.bool_] | None = None
+    """(K,) which charts are seen from both sides; None for none."""
 
     @property
     def curved(self) -> npt.NDArray[np.bool_]:

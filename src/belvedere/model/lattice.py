@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from belvedere.ground.threads import run_parallel
 from belvedere.model.charts import Charts
 
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
 I8 = npt.NDArray[np.int64]
+F8 = npt.NDArray[np.float64]
 
 LIFT_M = 0.002
 """How far above its surface a point gathers."""
@@ -57,7 +60,10 @@ def make_lattice(
 
 
 def lattice_points(charts: Charts, lattice: Lattice) -> tuple[F4, F4, I4]:
-    """(P, 3) positions just above the charts, (P, 3) normals, (P,) chart of each point."""
+    """(P, 3) positions just above the charts, (P, 3) normals, (P,) chart of each point.
+
+    Where faces cover a chart in part only, points off them are moved to the nearest face.
+    """
     from belvedere.model import _light_kernels
 
     points = np.empty((lattice.size, 3), dtype=np.float32)
@@ -66,7 +72,43 @@ def lattice_points(charts: Charts, lattice: Lattice) -> tuple[F4, F4, I4]:
         charts.corners, charts.normals, charts.curved, lattice.first, lattice.shape, LIFT_M,
         points, normals, chart,
     )  # fmt: skip
+    if not charts.covered:
+        s, t, _ = settled(charts, lattice)
+        weight = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
+        normals = np.einsum("pi,pic->pc", weight, charts.normals[chart]).astype(np.float32)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        points = np.einsum("pi,pic->pc", weight, charts.corners[chart]).astype(np.float32)
+        points += np.float32(LIFT_M) * normals
     return points, normals, chart
+
+
+def settled(charts: Charts, lattice: Lattice) -> tuple[F8, F8, npt.NDArray[np.bool_]]:
+    """(P,) chart coordinates of each point on the chart's faces, and whether it is wanted at all.
+
+    A point more than a step and a half from every face is never read.
+    """
+    from belvedere.model import _chart_kernels
+
+    faces = np.argsort(charts.of_face, kind="stable").astype(np.int32)
+    first = np.searchsorted(charts.of_face[faces], np.arange(len(charts.corners) + 1))
+    c = charts.corners
+    sides = np.linalg.norm(np.stack([c[:, 1] - c[:, 0], c[:, 3] - c[:, 0]], axis=1), axis=2)
+    s, t = np.empty(lattice.size), np.empty(lattice.size)
+    near = np.empty(lattice.size, dtype=bool)
+    starts = first.astype(np.int32)
+
+    def settle(part: slice) -> None:
+        _chart_kernels.settle_points(
+            starts[part.start : part.stop + 1], faces, charts.st, sides[part],
+            lattice.first[part], lattice.shape[part], s, t, near,
+        )  # fmt: skip
+
+    # pieces of about equal work: points times faces
+    size = lattice.shape.prod(axis=1).astype(np.int64) * np.diff(first)
+    pieces = np.unique(np.searchsorted(np.cumsum(size), np.linspace(0, size.sum(), 64)))
+    edges = [0, *pieces[(pieces > 0) & (pieces < len(size))].tolist(), len(size)]
+    run_parallel(settle, [slice(a, b) for a, b in pairwise(edges)], None)
+    return s, t, near
 
 
 def shared_points(points: F4, normals: F4) -> tuple[I8, I8]:

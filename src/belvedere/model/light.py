@@ -22,6 +22,7 @@ from belvedere.model.lattice import (
     in_cutouts,
     lattice_points,
     make_lattice,
+    settled,
     shared_points,
     smoothed,
 )
@@ -74,6 +75,9 @@ class LightSettings:
     """How much more light the sky gives than it shows: a photographer would expose it so."""
     lamps: tuple[Lamp, ...] = ()
     """The lamps."""
+    emissive: bool = False
+    """Whether glowing materials light what is round them; the lamps of the built-in interior have
+    glowing shades, and their light is counted already."""
     rays: int = 192
     """Rays gathered per lattice point of walls and floors; small things get a quarter."""
     bounces: int = 4
@@ -82,11 +86,6 @@ class LightSettings:
     """Metres between points of the soft lattice."""
     sun_spacing: float = 0.022
     """Metres between points of the sun's lattice."""
-    emissive: bool = False
-    """Surfaces that glow light others; where lamps stand behind glowing shades they need not."""
-    two_sided: bool = False
-    """For charts of `charts_of`: surfaces pass light on from their backs, lattice points that lie
-    on no face take their neighbours' light, and curved surfaces are shaded smoothly."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,11 +127,8 @@ def bake(
     sun_lattice = make_lattice(charts, settings.sun_spacing, 1 << 12, _faces_sun(charts, settings))
     sun = _bake_sun(charts, caster, sun_lattice, settings, threads)
     meter.tell(15, "lamps")
-    lattice = make_lattice(charts, settings.soft_spacing, 512 if settings.two_sided else 64)
+    lattice = make_lattice(charts, settings.soft_spacing, 64)
     every_point, every_normal, chart = lattice_points(charts, lattice)
-    loose = _LooseLattice(charts, lattice, chart) if settings.two_sided else None
-    if loose is not None:
-        loose.save_rays(every_point, every_normal)
     one, copies = shared_points(every_point, every_normal)
     points, normals = every_point[one], every_normal[one]
     ns = lattice.shape[chart, 0]
@@ -140,18 +136,19 @@ def bake(
     pattern = ((place % ns) % 3 + 3 * ((place // ns) % 3)).astype(np.int32)
     surface = _Surface(
         charts, chart_albedo(mesh, charts), lattice, sun_lattice, sun,
-        np.asarray(settings.sun_color, dtype=np.float32), _glow(mesh, charts, settings),
-        settings.two_sided,
+        np.asarray(settings.sun_color, dtype=np.float32), _emission(mesh, charts, settings),
+        np.zeros(len(charts.material), bool) if charts.two_sided is None else charts.two_sided,
     )  # fmt: skip
+    wanted = np.ones(len(chart), bool) if charts.covered else settled(charts, lattice)[2]
     broad = lattice.shape.min(axis=1)[chart[one]] > BROAD
     direct = _lamp_light(points, normals, pattern[one], caster, settings.lamps, threads)
-    back = np.empty(len(points), dtype=np.float32)
+    back = np.ones(len(points), dtype=np.float32)
     groups = []
     few = max(settings.rays // 4, 1)
     share = broad.sum() * settings.rays / max(broad.sum() * settings.rays + (~broad).sum() * few, 1)
     middle = 30 + round(55 * float(share))
     for member, rays, span in ((broad, settings.rays, (30, middle)), (~broad, few, (middle, 85))):
-        which = np.flatnonzero(member)
+        which = np.flatnonzero(member & wanted[one])
         rays_of = _Rays(points[which], normals[which], pattern[one][which], rays)
         count = meter.over(-(-len(which) // POINTS), span, "light between surfaces")
         link, at_once, seen_back = _gather(
@@ -161,22 +158,13 @@ def bake(
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
-    if loose is not None:
-        valid = loose.usable(valid)
-
-    def spread(gathered: F4) -> F4:
-        light = smoothed(lattice, valid, gathered[copies])
-        return light if loose is None else loose.shared(light, copies, len(one))
-
-    light = spread(direct)
+    light = smoothed(lattice, valid, direct[copies])
     for bounce in range(settings.bounces):
         meter.tell(85 + 15 * bounce // settings.bounces, "bounces")
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
-        light = spread(total)
-    if loose is not None:
-        loose.complete(light)
+        light = smoothed(lattice, valid, total[copies])
     meter.tell(TOTAL, "done")
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
 
@@ -220,62 +208,8 @@ class _Surface:
     sun_lattice: Lattice
     sun: F4
     sun_color: F4
-    glow: F4
-    two_sided: bool
-
-
-class _LooseLattice:
-    """What lattices need whose charts are only in part surface; see `LightSettings.two_sided`."""
-
-    def __init__(self, charts: Charts, lattice: Lattice, chart: I4) -> None:
-        from belvedere.model import _chart_kernels
-
-        self.lattice, self.chart = lattice, chart
-        self.mark = np.zeros(lattice.size, dtype=bool)
-        _chart_kernels.mark_surface(
-            charts.of_face, charts.st, lattice.first, lattice.shape, self.mark
-        )
-        self.mark |= ~self._any(self.mark)[chart]
-        self._curved = charts.curved[chart]
-
-    def save_rays(self, points: F4, normals: F4) -> None:
-        """Points off the surface gather what the first point of their chart gathers; in place."""
-        off = np.flatnonzero(~self.mark)
-        base = np.repeat(self._first_mark(), np.bincount(self.chart, minlength=self._count()))
-        points[off], normals[off] = points[base[off]], normals[base[off]]
-
-    def usable(self, valid: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Points on the surface; of charts that have no valid one, all of them."""
-        good = valid & self.mark
-        return good | (self.mark & ~self._any(good)[self.chart])
-
-    def shared(self, light: F4, copies: npt.NDArray[np.int64], count: int) -> F4:
-        """Light where curved charts that meet at a point agree on it."""
-        use = self._curved & self.mark
-        number = np.maximum(np.bincount(copies[use], minlength=count), 1)
-        result = light.copy()
-        for k in range(3):
-            mean = np.bincount(copies[use], light[use, k], count) / number
-            result[use, k] = mean[copies[use]]
-        return result
-
-    def complete(self, light: F4) -> None:
-        """Corners that no face has, so that the light is linear on each face; in place."""
-        from belvedere.model import _chart_kernels
-
-        _chart_kernels.fill_halves(self.lattice.first, self.lattice.shape, self.mark, light)
-
-    def _count(self) -> int:
-        return len(self.lattice.first)
-
-    def _any(self, which: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        return np.bincount(self.chart[which], minlength=self._count()) > 0
-
-    def _first_mark(self) -> npt.NDArray[np.int64]:
-        at = np.flatnonzero(self.mark)[::-1]
-        first = np.zeros(self._count(), dtype=np.int64)
-        first[self.chart[at]] = at
-        return first
+    emission: F4
+    two_sided: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -321,9 +255,9 @@ def _gather(
         hit = caster.cast_piece(origins, directions)
         _light_kernels.gather_hits(
             hit["primID"], hit["u"], hit["v"], directions, charts.of_face, charts.st, front,
-            surface.albedo, soft.first, soft.shape, fine.first, fine.shape, surface.sun,
-            surface.sun_color, sky_gain, surface.glow, surface.two_sided, count, link[first * count : part.stop * count],
-            at_once[part], back[part],
+            surface.albedo, surface.emission, surface.two_sided, soft.first, soft.shape,
+            fine.first, fine.shape, surface.sun, surface.sun_color, sky_gain, count,
+            link[first * count : part.stop * count], at_once[part], back[part],
         )  # fmt: skip
         count_piece()
 
@@ -355,13 +289,19 @@ def chart_albedo(mesh: Mesh, charts: Charts) -> F4:
         * (1.0 if m.texture is None else color_to_linear(m.texture).mean(axis=(0, 1)))
         for m in mesh.materials
     ]
-    return np.asarray(mean, dtype=np.float32)[charts.material]
+    albedo = np.asarray(mean, dtype=np.float32)[charts.material]
+    if mesh.colors is not None:
+        count = np.maximum(np.bincount(charts.of_face, minlength=len(albedo)), 1)
+        for c in range(3):
+            total = np.bincount(charts.of_face, mesh.colors[..., c].mean(axis=1), len(albedo))
+            albedo[:, c] *= total / count
+    return albedo
 
 
-def _glow(mesh: Mesh, charts: Charts, settings: LightSettings) -> F4:
-    """(K, 3) linear radiance that each chart gives to others by itself."""
-    emission = np.array([m.emission for m in mesh.materials], dtype=np.float32).reshape(-1, 3)
-    return emission[charts.material] * np.float32(settings.emissive)
+def _emission(mesh: Mesh, charts: Charts, settings: LightSettings) -> F4:
+    """(K, 3) what each chart gives off into the room."""
+    glow = np.array([m.emission for m in mesh.materials], dtype=np.float32).reshape(-1, 3)
+    return glow[charts.material] if settings.emissive else np.zeros_like(glow[charts.material])
 
 
 def _to_sun(settings: LightSettings) -> F8:

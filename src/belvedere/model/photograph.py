@@ -26,6 +26,8 @@ from belvedere.scene.mesh import Mesh
 ROWS = 16
 """Image rows per piece of work."""
 MOST_SAMPLES = 16
+PIXELS = 4096
+"""Single pixels per piece of work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +176,49 @@ def photograph(
     return ReferenceView(camera, encode(color) if dtype == "uint8" else color, disparity)
 
 
+def photograph_pixels(
+    model: LitModel,
+    camera: CameraModel,
+    u: npt.NDArray[np.integer],
+    v: npt.NDArray[np.integer],
+    threads: int | None = None,
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """What single pixels of a photograph would show, by one ray each.
+
+    Args:
+        model: what to look at.
+        camera: from where; any kind.
+        u: (N,) columns.
+        v: (N,) rows.
+        threads: how many to use; None for as many as there are processors.
+
+    Returns:
+        (N, 3) sRGB and (N,) disparity, 0 where the sky is seen.
+    """
+    color = np.zeros((len(u), 3), dtype=np.float32)
+    disparity = np.empty(len(u), dtype=np.float32)
+    spread = _pixel_angle(camera)
+    _ = model.shading, model.caster  # made here, before the threads want them
+    from belvedere.model import _kernels
+
+    def look(first: int) -> None:
+        part = slice(first, first + PIXELS)
+        origins, directions = _rays(camera, u[part], v[part])
+        hit = model.caster.cast_piece(origins.astype(np.float32), directions.astype(np.float32))
+        delta = np.empty(len(directions))
+        _kernels.exact_disparity(
+            hit["primID"], origins, directions, model.mesh.vertices, model.mesh.faces, delta
+        )
+        disparity[part] = np.abs(delta)
+        _shade(
+            model, hit["primID"], hit["u"], hit["v"], hit["tfar"], directions, spread, 1,
+            np.arange(len(directions)), color[part],
+        )  # fmt: skip
+
+    run_parallel(look, range(0, len(u), PIXELS), threads)
+    return encode(color), disparity
+
+
 def encode(color: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
     """``uint8`` sRGB of (H, W, 3) linear radiance, through the table."""
     steps = len(LINEAR_TO_SRGB8) - 1
@@ -194,7 +239,7 @@ def _paint_rows(
 ) -> None:
     from belvedere.model import _kernels
 
-    mesh, charts, light, look = model.mesh, model.charts, model.light, model.shading
+    mesh = model.mesh
     step = (np.arange(samples) + 0.5) / samples - 0.5
     v, u = np.mgrid[rows, 0 : camera.width]
     count = samples * samples
@@ -214,15 +259,34 @@ def _paint_rows(
             hit = model.caster.cast_piece(start, directions.astype(np.float32))
             hit_face, b, c, t = hit["primID"], hit["u"], hit["v"], hit["tfar"]
             t = t + np.float32(near)
-        length = np.sqrt(np.einsum("ij,ij->i", directions, directions))
-        _kernels.shade(
-            hit_face, b, c, directions, t * length, spread, count, pixel, charts.of_face,
-            charts.st, mesh.uv, look.density, look.normal, mesh.material_index, look.base,
-            look.emission, look.texture_of, look.texels, look.levels, SRGB8_TO_LINEAR,
-            light.soft_lattice.first, light.soft_lattice.shape, light.soft,
-            light.sun_lattice.first, light.sun_lattice.shape, light.sun, light.sun_color,
-            color.reshape(-1, 3),
-        )  # fmt: skip
+        _shade(model, hit_face, b, c, t, directions, spread, count, pixel, color.reshape(-1, 3))
+
+
+def _shade(
+    model: LitModel,
+    face: npt.NDArray[np.int32],
+    b: npt.NDArray[np.float32],
+    c: npt.NDArray[np.float32],
+    t: npt.NDArray[np.float32],
+    directions: npt.NDArray[np.float64],
+    spread: float,
+    count: int,
+    pixel: npt.NDArray[np.intp],
+    out_color: npt.NDArray[np.float32],
+) -> None:
+    """Add the mean of every ``count`` samples to ``out_color[pixel]``."""
+    from belvedere.model import _kernels
+
+    mesh, charts, light, look = model.mesh, model.charts, model.light, model.shading
+    length = np.sqrt(np.einsum("ij,ij->i", directions, directions))
+    _kernels.shade(
+        face, b, c, directions, t * length, spread, count, pixel, charts.of_face,
+        charts.st, mesh.uv, look.density, look.normal, mesh.material_index, look.base,
+        look.emission, look.texture_of, look.texels, look.levels, SRGB8_TO_LINEAR,
+        light.soft_lattice.first, light.soft_lattice.shape, light.soft,
+        light.sun_lattice.first, light.sun_lattice.shape, light.sun, light.sun_color,
+        out_color,
+    )  # fmt: skip
 
 
 def _rays(

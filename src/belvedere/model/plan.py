@@ -246,7 +246,7 @@ class HousePlan:
 
 
 def _wall_at(room: RoomPlan, side: Side) -> float:
-    """y (north, south) or x (east, west) of a wall's inner face."""
+    """Y (north, south) or x (east, west) of a wall's inner face."""
     x0, y0, x1, y1 = room.rect
     return {"north": y1, "south": y0, "east": x1, "west": x0}[side]
 

@@ -10,19 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
+from belvedere.ground.color import LINEAR_TO_SRGB8
 from belvedere.ground.errors import CameraError, InputError
-from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.ground.scratch import lend, scratch
+from belvedere.ground.threads import row_bands, run_parallel, thread_count
+from belvedere.model._draw_plan import DrawPlan
+from belvedere.model._draw_tables import DrawTables
 from belvedere.model.photograph import LitModel, _pixel_angle
 from belvedere.scene import Camera, CameraModel
 
 F8 = npt.NDArray[np.float64]
+F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int64]
 
 CLUSTER = 80
 """Triangles of a cluster: at most 240 corners, so that one byte names a corner."""
@@ -45,7 +50,7 @@ class DrawList:
     first_vertex: I4
     """(C + 1,) where each cluster's vertices begin."""
     vertices: npt.NDArray[np.float32]
-    """(V, 3) metres from the rasterizer's origin."""
+    """(3, V) metres from the rasterizer's origin."""
     low: npt.NDArray[np.float32]
     """(C, 3) smallest corner of each cluster's box."""
     high: npt.NDArray[np.float32]
@@ -64,21 +69,14 @@ class Rasterizer:
         model: what to draw.
         threads: how many to use; None for as many as there are processors. Pictures are the same.
 
-    Memory: 100 bytes a face, 45 more for each list that a face is in, and 11 bytes a pixel.
+    Memory: 128 bytes a face, 45 more for each list that a face is in, 11 bytes a pixel, and beside
+    the model's own textures and light 8 bytes a texel, 16 a point of soft light, 4 a point of sun.
     """
 
     def __init__(self, model: LitModel, threads: int | None = None) -> None:
-        from belvedere.model import _shade_pixels
-
         self.model, self.threads = model, threads
-        mesh = model.mesh
-        self.origin = mesh.bounds.mean(axis=0)
-        count = len(mesh.faces)
-        self._plane = np.empty((count, 4))
-        self._map = np.empty((count, 4, 4), dtype=np.float32)
-        _shade_pixels.face_tables(
-            mesh.vertices, mesh.faces, self.origin, mesh.uv, model.charts.st, self._plane, self._map
-        )
+        self.origin = model.mesh.bounds.mean(axis=0)
+        self._tables = DrawTables.of(model, self.origin)
         self._all: DrawList | None = None
 
     def prepare(self, faces: npt.ArrayLike | None = None) -> DrawList:
@@ -99,7 +97,7 @@ class Rasterizer:
             raise InputError(
                 f"Rasterizer.prepare.faces names face {int(chosen.max())}, but there are {total}"
             )
-        chosen = chosen[self._plane[chosen, :3].any(axis=1)].astype(np.int32)
+        chosen = chosen[self._tables.plane[chosen, :3].any(axis=1)].astype(np.int32)
         corners = (mesh.vertices[mesh.faces[chosen]] - self.origin).astype(np.float32)
         order = _curve_order(corners.mean(axis=1))
         chosen, corners = chosen[order], corners[order]
@@ -114,7 +112,7 @@ class Rasterizer:
         first_vertex = np.searchsorted(owner, np.arange(len(first)))
         local = place.reshape(-1, 3) - first_vertex[cluster][:, None]
         vertices = mesh.vertices[unique % max(len(mesh.vertices), 1)] - self.origin
-        vertices = np.ascontiguousarray(vertices, dtype=np.float32).reshape(-1, 3)
+        vertices = np.ascontiguousarray(vertices.reshape(-1, 3).T, dtype=np.float32)
         low = high = np.zeros((0, 3), dtype=np.float32)
         if count:
             low = np.minimum.reduceat(corners.min(axis=1), first[:-1])
@@ -144,7 +142,7 @@ class Rasterizer:
         Raises:
             CameraError: not a planar camera: `photograph` takes the others.
         """
-        from belvedere.model import _raster, _shade_pixels
+        from belvedere.model import _raster
 
         if not isinstance(camera, Camera):
             raise CameraError(
@@ -155,50 +153,75 @@ class Rasterizer:
             self._all = self._all or self.prepare()
             lists = [(self._all, None)]
         height, width = camera.size
-        face = np.full((height, width), -1, dtype=np.int32)
-        disparity = np.zeros((height, width), dtype=np.float32)
-        color = np.zeros((height, width, 3), dtype=np.uint8)
-        inverse, eye = np.linalg.inv(camera.matrix), camera.center - self.origin
-        picture = np.array([0, width - 1, 0, height - 1], dtype=np.int32)
-        border = _picture_planes(camera)
-        jobs = []
-        for drawn, planes in lists:
-            rects = np.empty((len(drawn.low), 4), dtype=np.int32)
-            limits = border if planes is None else np.vstack([border, planes])
-            _raster.cull_clusters(drawn.low, drawn.high, eye, limits, inverse, picture, rects)
-            jobs.append((drawn, rects))
-        model, look = self.model, self.model.shading
-        light, charts = model.light, model.charts
-        spread = _pixel_angle(camera)
+        block = lend(11 * height * width)
+        face, disparity = block[: 8 * height * width].view(np.int32).reshape(2, height, width)
+        disparity = disparity.view(np.float32)
+        color = block[8 * height * width :].reshape(height, width, 3)
+        plan = DrawPlan(camera, self.origin, lists)
+        keys = scratch("raster keys", (height, width + 8), np.int64)
+        tile = _raster.TILE
+        tiles = scratch("raster tiles", (-(-height // tile), -(-width // tile)), np.float32)
+        tiles.fill(0.0)
+        threads = thread_count(self.threads)
+        bands = row_bands(len(tiles), threads * BANDS_PER_THREAD)
+        bands = [(first * tile, min(last * tile, height)) for first, last in bands]
+        batches = plan.batches()
+        for batch in batches:
+            room, record = plan.make_room(*batch)
 
-        def work(rows: tuple[int, int]) -> None:
-            for drawn, rects in jobs:
-                _raster.draw_clusters(
-                    drawn.first_vertex, drawn.vertices, drawn.first_face, drawn.corners,
-                    drawn.faces, rects, eye, inverse, *rows, width, height, face, disparity,
+            def set_up(part: tuple[int, I8], room: I8 = room, record: I4 = record) -> None:
+                _set_up(lists[part[0]][0], plan, part[1], room, record, tiles, camera)
+
+            def draw(
+                rows: tuple[int, int],
+                batch: tuple[int, int] = batch,
+                room: I8 = room,
+                record: I4 = record,
+            ) -> None:
+                if batch == batches[0]:
+                    _raster.clear_keys(*rows, keys)
+                _raster.draw_records(
+                    *batch, plan.rects, room, plan.count, record, record.view(np.float32), *rows,
+                    keys,
                 )  # fmt: skip
-            _shade_pixels.shade_pixels(
-                face, *rows, camera.matrix, eye, spread, self._plane, self._map, charts.of_face,
-                look.density, model.mesh.material_index, look.base, look.emission, look.texture_of,
-                look.texels, look.levels, SRGB8_TO_LINEAR, LINEAR_TO_SRGB8,
-                light.soft_lattice.first, light.soft_lattice.shape, light.soft,
-                light.sun_lattice.first, light.sun_lattice.shape, light.sun, light.sun_color,
-                disparity, color,
-            )  # fmt: skip
+                if batch == batches[-1]:
+                    self._shade(camera, plan.eye, rows, keys, face, disparity, color)
+                else:
+                    _raster.least_disparities(*rows, width, keys, tiles)
 
-        bands = thread_count(self.threads) * BANDS_PER_THREAD
-        edges = np.unique(np.linspace(0, height, min(bands, height) + 1).astype(int))
-        run_parallel(work, list(pairwise(edges)), self.threads)
+            run_parallel(set_up, plan.parts(*batch, threads), self.threads)
+            run_parallel(draw, bands, self.threads)
         return color, disparity, face
 
+    def _shade(
+        self, camera: Camera, eye: F8, rows: tuple[int, int], keys: I8, *out: npt.NDArray[Any]
+    ) -> None:
+        """Shade some rows into face, disparity and color."""
+        from belvedere.model import _shade_pixels
 
-def _picture_planes(camera: Camera) -> F8:
-    """(4, 3) planes through the eye and the picture's outer edges, pointing inwards."""
-    u = np.array([-0.5, camera.width - 0.5, camera.width - 0.5, -0.5])
-    v = np.array([-0.5, -0.5, camera.height - 0.5, camera.height - 0.5])
-    rays = camera.rays(u, v)
-    planes = np.cross(rays, np.roll(rays, -1, axis=0))
-    return planes * np.sign(planes @ rays.sum(axis=0))[:, None]
+        t, room = self._tables, camera.width + _shade_pixels.PAD
+        _shade_pixels.shade_pixels(
+            keys, *rows, camera.matrix, eye, _pixel_angle(camera), t.plane, t.maps, t.record,
+            t.record.view(np.float32), t.base, t.emission, t.texture_of, t.texels, t.sizes,
+            t.places, t.depth, LINEAR_TO_SRGB8, t.soft, t.sun, self.model.light.sun_color,
+            scratch("shade work", (_shade_pixels.ROWS, room), np.float32),
+            scratch("shade cells", (_shade_pixels.WHOLE_ROWS, room), np.int32),
+            scratch("shade light", (room, 4), np.float32),
+            scratch("shade codes", (4 * room,), np.int32), *out,
+        )  # fmt: skip
+
+
+def _set_up(
+    drawn: DrawList, plan: DrawPlan, places: I8, room: I8, record: I4, tiles: F4, camera: Camera
+) -> None:
+    """Find out which triangles of some clusters of a list may show."""
+    from belvedere.model import _raster
+
+    _raster.set_up(
+        places, plan.cluster, plan.rects, plan.near, room, drawn.first_vertex, drawn.vertices,
+        drawn.first_face, drawn.corners, drawn.faces, plan.eye, plan.inverse, camera.width,
+        camera.height, tiles, plan.count, record, record.view(np.float32),
+    )  # fmt: skip
 
 
 def _curve_order(points: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:

@@ -69,6 +69,8 @@ class Mesh:
     """(M, 3, 2) texture coordinates of each face's corners, in repeats of the texture."""
     materials: tuple[Material, ...] = field(default_factory=tuple)
     """Shared by the faces."""
+    colors: npt.NDArray[np.float32] | None = None
+    """(M, 3, 3) linear colors of each face's corners, which multiply the base color; or None."""
 
     def __post_init__(self) -> None:
         """Convert to the stated types and refuse indices that point nowhere."""
@@ -79,8 +81,15 @@ class Mesh:
         set_field(self, "uv", np.ascontiguousarray(self.uv, dtype=np.float32))
         set_field(self, "materials", tuple(self.materials))
         count = len(self.faces)
-        expected = {"vertices": (len(self.vertices), 3), "faces": (count, 3)}
+        if self.colors is not None:
+            set_field(self, "colors", np.ascontiguousarray(self.colors, dtype=np.float32))
+        expected: dict[str, tuple[int, ...]] = {
+            "vertices": (len(self.vertices), 3),
+            "faces": (count, 3),
+        }
         expected |= {"material_index": (count,), "uv": (count, 3, 2)}
+        if self.colors is not None:
+            expected["colors"] = (count, 3, 3)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise SceneError(
@@ -88,7 +97,7 @@ class Mesh:
                 )
         _check_range("faces", self.faces, len(self.vertices), "vertices")
         _check_range("material_index", self.material_index, len(self.materials), "materials")
-        for name in ("vertices", "uv"):
+        for name in ("vertices", "uv", *(() if self.colors is None else ("colors",))):
             bad = np.argwhere(~np.isfinite(getattr(self, name)))
             if len(bad):
                 raise SceneError(
@@ -116,6 +125,7 @@ class Mesh:
         materials: list[Material] = []
         place: dict[int, int] = {}
         vertices, faces, index, uv = [np.zeros((0, 3))], [], [], []
+        colors: list[npt.NDArray[np.float32] | None] = []
         first = 0
         for mesh in meshes:
             for material in mesh.materials:
@@ -127,6 +137,7 @@ class Mesh:
             faces.append(mesh.faces + first)
             index.append(to_new[mesh.material_index] if len(to_new) else mesh.material_index)
             uv.append(mesh.uv)
+            colors.append(mesh.colors)
             first += len(mesh.vertices)
         if not faces:
             return cls(
@@ -141,7 +152,19 @@ class Mesh:
             np.concatenate(index),
             np.concatenate(uv),
             tuple(materials),
+            _joined_colors(colors, [len(part) for part in faces]),
         )
+
+
+def _joined_colors(
+    parts: Sequence[npt.NDArray[np.float32] | None], counts: Sequence[int]
+) -> npt.NDArray[np.float32] | None:
+    """The colors of joined meshes: white where a part has none, None where no part has any."""
+    if all(part is None for part in parts):
+        return None
+    white = [np.ones((n, 3, 3), np.float32) if p is None else p
+             for p, n in zip(parts, counts, strict=True)]  # fmt: skip
+    return np.concatenate(white)
 
 
 def _check_range(name: str, index: npt.NDArray[np.int32], count: int, target: str) -> None:

@@ -210,7 +210,7 @@ def walk(
             exact = None
             if truth is not None and meter is not None:
                 exact = truth.frame(camera)
-                meter.add(index, frame, exact, truth.statistics.ms)
+                meter.add(index, frame, exact, ~ours.holes, truth.statistics.ms)
             record(frame)
             if observe is not None:
                 observe(index, frame, exact)
@@ -275,9 +275,10 @@ class _Meter:
         self._popping = 0.0
         self._before: F4 | None = None
 
-    def add(self, index: int, frame: Frame, exact: Frame, ms: float) -> None:
+    def add(
+        self, index: int, frame: Frame, exact: Frame, known: npt.NDArray[np.bool_], ms: float
+    ) -> None:
         self._times.append(ms)
-        known = frame.coverage > 0.0
         self._psnr.append(psnr(frame.color, exact.color, known))
         if index % SSIM_EVERY == 0:
             self._ssim.append(ssim(frame.color, exact.color, known))

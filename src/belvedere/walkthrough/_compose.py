@@ -33,7 +33,7 @@ def show_through(
         weight: of the crop against what is there already; below 1 while a portal fades.
         decode: (256,) linear light of each byte.
         encode: (N,) the byte of linear light ``x`` at ``sqrt(x) * (N - 1)``.
-        persist: show in a hole what was seen there last, instead of black.
+        persist: show in a hole what was seen there last; without, the window's color stays.
         kept: (H, W, 3) uint8, what was seen last through portals; renewed where ``persist``.
         out_color: (H, W, 3) uint8 of the window, with the geometry drawn.
         out_disparity: (H, W).
@@ -76,6 +76,6 @@ def show_through(
                     out_color[y, x, c] = color[v, u, c]
                     if persist:
                         kept[y, x, c] = color[v, u, c]
-                else:
-                    out_color[y, x, c] = kept[y, x, c] if persist else 0
+                elif persist:
+                    out_color[y, x, c] = kept[y, x, c]
     return shown

@@ -15,86 +15,112 @@ CORNERS = 64
 """Most corners of a narrowed frustum; one that would need more stays as wide as it was."""
 
 
+THIN = 1e-9
+"""A portal with less area than this share of its squared distance is a line."""
+
+
 @kernel
-def clip(polygon: A, count: int, planes: A, plane_count: int, out: A, spare: A) -> int:
-    """Cut a convex polygon, seen from the origin, by planes through the origin.
+def cut(out: A, count: int, nx: float, ny: float, nz: float, height: float, spare: A) -> int:
+    """Keep the part of a convex polygon where ``n @ x >= height``.
 
     Args:
-        polygon: (CORNERS, 3) its corners relative to the eye.
+        out: (CORNERS, 3) the polygon's corners; takes those that are left.
         count: how many.
-        planes: (CORNERS, 3) normals that point into the frustum.
-        plane_count: how many.
-        out: (CORNERS, 3) takes the corners that are left.
+        nx: of the plane's normal.
+        ny: of it.
+        nz: of it.
+        height: of the plane along it.
         spare: (CORNERS, 3) working memory.
 
     Returns:
         How many are left; -1 where they would be too many.
 
-    Source: Sutherland and Hodgman 1974, with planes through the eye instead of edges.
+    Source: Sutherland and Hodgman 1974.
     """
+    kept = 0
     for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        here = nx * out[i, 0] + ny * out[i, 1] + nz * out[i, 2] - height
+        after = nx * out[j, 0] + ny * out[j, 1] + nz * out[j, 2] - height
+        if kept + 2 > spare.shape[0]:
+            return -1
+        if here >= 0.0:
+            for c in range(3):
+                spare[kept, c] = out[i, c]
+            kept += 1
+        if (here < 0.0 < after) or (after < 0.0 < here):
+            share = here / (here - after)
+            for c in range(3):
+                spare[kept, c] = out[i, c] + share * (out[j, c] - out[i, c])
+            kept += 1
+    for i in range(kept):
+        for c in range(3):
+            out[i, c] = spare[i, c]
+    return kept if kept > 2 else 0
+
+
+@kernel
+def clip(polygon: A, planes: A, plane_count: int, beyond: A, out: A, spare: A) -> int:
+    """Cut a portal, relative to the eye, to a frustum and to what lies beyond a plane.
+
+    Args:
+        polygon: (4, 3).
+        planes: (CORNERS, 3) normals of planes through the eye, pointing inwards.
+        plane_count: how many.
+        beyond: (4,) normal and height of the plane of the portal before.
+        out: (CORNERS, 3) takes the corners that are left.
+        spare: (CORNERS, 3) working memory.
+
+    Returns:
+        How many are left; -1 where they would be too many.
+    """
+    for i in range(4):
         for c in range(3):
             out[i, c] = polygon[i, c]
+    count = cut(out, 4, beyond[0], beyond[1], beyond[2], beyond[3], spare)
     for k in range(plane_count):
-        nx, ny, nz = planes[k, 0], planes[k, 1], planes[k, 2]
-        kept = 0
-        for i in range(count):
-            j = i + 1 if i + 1 < count else 0
-            here = nx * out[i, 0] + ny * out[i, 1] + nz * out[i, 2]
-            after = nx * out[j, 0] + ny * out[j, 1] + nz * out[j, 2]
-            if kept + 2 > spare.shape[0]:
-                return -1
-            if here >= 0.0:
-                for c in range(3):
-                    spare[kept, c] = out[i, c]
-                kept += 1
-            if (here < 0.0 < after) or (after < 0.0 < here):
-                share = here / (here - after)
-                for c in range(3):
-                    spare[kept, c] = out[i, c] + share * (out[j, c] - out[i, c])
-                kept += 1
-        count = kept
-        if count < 3:
-            return 0
-        for i in range(count):
-            for c in range(3):
-                out[i, c] = spare[i, c]
+        if count <= 0:
+            break
+        count = cut(out, count, planes[k, 0], planes[k, 1], planes[k, 2], 0.0, spare)
     return count
 
 
 @kernel
-def planes_of(polygon: A, count: int, out_planes: A) -> int:
+def planes_of(polygon: A, count: int, turn: float, out_planes: A) -> int:
     """The planes through the eye and a polygon's edges, pointing inwards; how many there are.
 
-    Edges too short for a direction are left out, which can only widen the frustum.
+    Args:
+        polygon: (CORNERS, 3) relative to the eye.
+        count: of its corners.
+        turn: 1 where they run clockwise as the eye sees them, -1 otherwise.
+        out_planes: (CORNERS, 3) takes the unit normals.
+
+    Returns:
+        How many; 0 for a polygon so thin that no pixel's center lies in it.
     """
-    middle = np.zeros(3)
-    for i in range(count):
-        for c in range(3):
-            middle[c] += polygon[i, c]
-    made = 0
+    made, sx, sy, sz, far = 0, 0.0, 0.0, 0.0, 0.0
     for i in range(count):
         j = i + 1 if i + 1 < count else 0
         x = polygon[i, 1] * polygon[j, 2] - polygon[i, 2] * polygon[j, 1]
         y = polygon[i, 2] * polygon[j, 0] - polygon[i, 0] * polygon[j, 2]
         z = polygon[i, 0] * polygon[j, 1] - polygon[i, 1] * polygon[j, 0]
+        sx, sy, sz = sx + x, sy + y, sz + z  # twice the area, as a vector
         size = np.sqrt(x * x + y * y + z * z)
-        far = np.sqrt(polygon[i, 0] ** 2 + polygon[i, 1] ** 2 + polygon[i, 2] ** 2)
-        far *= np.sqrt(polygon[j, 0] ** 2 + polygon[j, 1] ** 2 + polygon[j, 2] ** 2)
-        if size <= 1e-12 * far:
-            continue
-        if x * middle[0] + y * middle[1] + z * middle[2] < 0.0:
-            size = -size
+        square = polygon[i, 0] ** 2 + polygon[i, 1] ** 2 + polygon[i, 2] ** 2
+        far = max(far, square)
+        if size <= 1e-12 * square:
+            continue  # two corners in one direction: no edge
+        size *= turn
         out_planes[made, 0], out_planes[made, 1], out_planes[made, 2] = x / size, y / size, z / size
         made += 1
-    return made
+    return made if sx * sx + sy * sy + sz * sz > (THIN * far) ** 2 else 0
 
 
 @kernel
 def look_through(
     eye: A, view_cell: int, view_planes: A, corners: A, normals: A, joins: A, first: A, list_of: A,
     closed: A, near: float, reach: float, out_cell: A, out_parent: A, out_portal: A, out_count: A,
-    out_polygon: A, planes: A, plane_count: A,
+    out_polygon: A, planes: A, plane_count: A, beyond: A,
 ) -> int:  # fmt: skip
     """Follow sight from cell to cell; see `belvedere.walkthrough.visibility`.
 
@@ -118,6 +144,8 @@ def look_through(
         out_polygon: (N, CORNERS, 3) these corners, relative to the eye.
         planes: (N, CORNERS, 3) of the frustum that leads on, written too.
         plane_count: (N,) how many.
+        beyond: (N, 4) normal and height of the plane that sight has passed: a ray meets the
+            portals of its chain one after another, so the next lies beyond it.
 
     Returns:
         How many sights; N + 1 where there are more than N.
@@ -129,7 +157,8 @@ def look_through(
         for c in range(3):
             planes[0, k, c] = view_planes[k, c]
     plane_count[0] = view_planes.shape[0]
-    spare, quad, at = np.empty((CORNERS, 3)), np.empty((CORNERS, 3)), np.empty(3)
+    beyond[0, 0], beyond[0, 1], beyond[0, 2], beyond[0, 3] = 0.0, 0.0, 0.0, -1.0
+    spare, quad, at = np.empty((CORNERS, 3)), np.empty((4, 3)), np.empty(3)
     total, done = 1, 0
     while done < total:
         here = out_cell[done]
@@ -139,7 +168,11 @@ def look_through(
         row = outside if here < 0 else here
         for index in range(first[row], first[row + 1]):
             p = list_of[index]
-            if p == out_portal[done]:
+            back, passed = done, False
+            while back >= 0 and not passed:  # a straight line crosses a plane once
+                passed = out_portal[back] == p
+                back = out_parent[back]
+            if passed:
                 continue
             side = 1.0 if joins[p, 0] == here else -1.0
             off, inside = 0.0, True
@@ -178,7 +211,9 @@ def look_through(
                         planes[total, k, c] = planes[done, k, c]
                 plane_count[total], out_count[total] = left, 0
             else:
-                left = clip(quad, 4, planes[done], plane_count[done], out_polygon[total], spare)
+                left = clip(
+                    quad, planes[done], plane_count[done], beyond[done], out_polygon[total], spare
+                )
                 if left == 0:
                     continue
                 if left < 0:
@@ -187,8 +222,13 @@ def look_through(
                             planes[total, k, c] = planes[done, k, c]
                     plane_count[total], out_count[total] = plane_count[done], 0
                 else:
-                    plane_count[total] = planes_of(out_polygon[total], left, planes[total])
-                    out_count[total] = left
+                    made = planes_of(out_polygon[total], left, -side, planes[total])
+                    if made == 0:
+                        continue
+                    plane_count[total], out_count[total] = made, left
+            for c in range(3):
+                beyond[total, c] = -side * normals[p, c]
+            beyond[total, 3] = off - near  # a little before it, for portals that share an edge
             out_cell[total] = joins[p, 1] if joins[p, 0] == here else joins[p, 0]
             out_parent[total], out_portal[total] = done, p
             total += 1

@@ -204,10 +204,7 @@ def nearest_blocks(column: A, link: A, nx: int, spacing: float, out_block: A, ou
                 n = k if way == 0 else total - 1 - k
                 i, j = column[n] % nx, column[n] // nx
                 for d in range(8):
-                    if d < 4:
-                        m = link[n, d]
-                    else:
-                        m = _corner(link, n, (d - 4) & 1, 2 + ((d - 4) >> 1))
+                    m = link[n, d] if d < 4 else _corner(link, n, (d - 4) & 1, 2 + ((d - 4) >> 1))
                     if m < 0 or out_far[m] == math.inf:
                         continue
                     p, q = out_block[m, 0], out_block[m, 1]

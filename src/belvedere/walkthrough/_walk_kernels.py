@@ -75,7 +75,7 @@ def field(
 def _follow(link: A, column: A, nx: int, spacing: float, n: int, x: float, y: float) -> int:
     """The place at (x, y) reached over links from n, at most one column away; -1: none."""
     i, j = column[n] % nx, column[n] // nx
-    p, q = int(math.floor(x / spacing)), int(math.floor(y / spacing))
+    p, q = math.floor(x / spacing), math.floor(y / spacing)
     if abs(p - i) > 1 or abs(q - j) > 1:
         return -1
     return _neighbour(link, n, p - i, q - j)
@@ -97,7 +97,7 @@ def stroll(
     """
     n = start
     length = math.sqrt(dx * dx + dy * dy)
-    pieces = max(int(math.ceil(length / most)), 1)
+    pieces = max(math.ceil(length / most), 1)
     for _ in range(pieces):
         here, _, _ = field(link, column, nx, spacing, far, n, x, y, -0.5 * spacing, False)
         px, py, m = x + dx / pieces, y + dy / pieces, n

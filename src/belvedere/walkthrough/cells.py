@@ -174,5 +174,6 @@ def enclosed(rings: tuple[F8, ...], x: F8, y: F8) -> npt.NDArray[np.bool_]:
             if y0 == y1:
                 continue
             crosses = (y0 <= y) != (y1 <= y)
-            inside ^= crosses & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+            share = np.divide(y - y0, y1 - y0, out=np.zeros(np.shape(y)), where=crosses)
+            inside ^= crosses & (x < x0 + share * (x1 - x0))
     return inside

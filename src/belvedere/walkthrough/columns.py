@@ -29,15 +29,23 @@ from belvedere.scene.mesh import Mesh
 A = npt.NDArray[Any]
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
 
 MAX_SIDE_M = 2000.0
 """No building is longer: a larger number is one of millimetres."""
 MIN_SIDE_M = 1.0
-MAX_COLUMNS = 12_000_000
+MAX_COLUMNS = 10_000_000
+MAX_SPANS = 60_000_000
+"""A gigabyte of them."""
 JOIN_M = 0.02
 """Gaps this small between spans are slits of the modelling, no air."""
 
-__all__ = ["Columns", "Grid", "Layers"]
+LEAST_ROOM_M2 = 0.8
+"""Any floor smaller than this, and not joined to more, is a shaft, a cupboard or a table."""
+LEAST_WIDTH_M = 0.25
+"""A room holds a circle of this radius; hollow walls do not."""
+
+__all__ = ["Columns", "Grid", "Layers", "link_layers", "standing_layers", "worth_standing"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +136,11 @@ def _fill(grid: Grid, local: F8, upward: A) -> Columns:
     args = (local, upward, grid.spacing, grid.nx, grid.ny)
     touch_columns(*args, False, first, none, none, no)
     np.cumsum(first, out=first)
+    if first[-1] > MAX_SPANS:
+        raise SceneError(
+            f"The model's surfaces cross {first[-1]:,} columns of {grid.spacing:g} m, more than "
+            f"{MAX_SPANS:,}: give a larger spacing, or cut the model"
+        )
     low, high = np.empty(first[-1]), np.empty(first[-1])
     up = np.empty(first[-1], dtype=bool)
     touch_columns(*args, True, first.copy(), low, high, up)
@@ -230,3 +243,47 @@ def link_layers(grid: Grid, column: A, floor: F8, ceiling: F8, step: float, head
     link_floors(column, first, floor, ceiling, grid.nx, grid.ny, step, head, link)
     mend_links(link)
     return Layers(grid, column, floor, ceiling, link)
+
+
+def worth_standing(layers: Layers, front: Mask) -> Mask:
+    """(N,) places that are floors: not table tops, hollow walls and insides of closed solids.
+
+    Args:
+        layers: where a person could stand.
+        front: (N,) whether the floor shows its front there.
+    """
+    label, count = layers.label()
+    square = layers.grid.spacing**2
+    area = (np.bincount(label, minlength=count) * square).astype(np.float64)
+    widest = np.zeros(count)
+    np.maximum.at(widest, label, layers.distance())
+    fronts = np.bincount(label, weights=front, minlength=count) * square / area
+    # floors that show their fronts are the rule in a model that minds fronts at all
+    minds = (area * fronts).sum() > 0.7 * area.sum()
+    good = (area >= LEAST_ROOM_M2) & (widest >= LEAST_WIDTH_M)
+    if minds:
+        good &= fronts > 0.3
+    good &= ~_on_furniture(layers, label, count, area)
+    return good[label]
+
+
+def _on_furniture(layers: Layers, label: I4, count: int, area: F8) -> Mask:
+    """(count,) sets of places that look down over their edges on a larger floor close below."""
+    grid = layers.grid
+    first = layers.first()
+    edge, drop = np.zeros(count), np.zeros(count)
+    for d, shift in enumerate((-1, 1, -grid.nx, grid.nx)):
+        lone = np.flatnonzero(layers.link[:, d] < 0)
+        to = np.clip(layers.column[lone] + shift, 0, grid.nx * grid.ny - 1)
+        low = np.full(len(lone), -1)
+        for k in range(3):  # the places of the column beside, from below
+            place = first[to] + k
+            there = place < first[to + 1]
+            place = np.where(there, place, 0)
+            rise = layers.floor[lone] - layers.floor[place]
+            falls = there & (rise > 0.05) & (rise < 1.5)
+            low = np.where(falls, place, low)
+        bigger = (low >= 0) & (area[label[low]] > 2.0 * area[label[lone]])
+        edge += np.bincount(label[lone], minlength=count)
+        drop += np.bincount(label[lone], weights=bigger, minlength=count)
+    return (drop > 0.25 * edge) & (area < 12.0)

@@ -11,6 +11,7 @@ Source: spec portal-walkthrough 7 (automatic next-best reference by hole minimis
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -19,14 +20,14 @@ from belvedere.ground.checks import check_integer, check_number
 from belvedere.model import RayCaster
 from belvedere.walkthrough.cells import Cell
 from belvedere.walkthrough.placement import PlacementOptions, Side, semicircle_eyes
-from belvedere.walkthrough.portal_images import nearest_eyes
+from belvedere.walkthrough.portal_images import eyes_apart
 from belvedere.walkthrough.switching import SwitchOptions, closeness
 
 F8 = npt.NDArray[np.float64]
 
 ANGLES, RADII = 9, (0.75, 1.25, 2.0, 3.2)
 """Candidates: on arcs of these radii, metres, at so many angles each."""
-ARC_DEG = 120.0
+ARC_DEG = 140.0
 """From the first to the last candidate, seen from the portal's middle."""
 LIFT = 1e-3
 """Metres by which shadow rays start off the surface."""
@@ -41,7 +42,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Holes:
     """Which points behind a portal candidates see."""
 
@@ -53,17 +54,30 @@ class Holes:
     """(C, E, N): candidate sees the visitor's n-th point."""
     center: F8
     """(3,) the portal's middle."""
+    weight: F8
+    """(E,) the portal's solid angle for each visitor, as a share of the sum: its part of what all
+    visitors see."""
+
+    def mean(self, chosen: list[int], used: int = 2) -> float:
+        """Share of holes in what all visitors see through the portal."""
+        return float(self.share(chosen, used) @ self.weight)
 
     def share(self, chosen: list[int], used: int = 2) -> npt.NDArray[np.float64]:
         """(E,) share of holes for each visitor, with the ``used`` nearest of the chosen ones."""
         if not chosen:
             return np.ones(len(self.visitors))
-        eyes = [self.candidates[k] for k in chosen]
-        holes = np.empty(len(self.visitors))
-        for e, visitor in enumerate(self.visitors):
-            near = [chosen[k] for k in nearest_eyes(self.center, eyes, visitor, used)]
-            holes[e] = 1.0 - self.seen[near, e].any(axis=0).mean()
-        return holes
+        order = np.argsort(self._apart[:, chosen], axis=1, kind="stable")[:, :used]
+        near = np.asarray(chosen)[order]
+        visitor = np.arange(len(self.visitors))
+        seen = self.seen[near[:, 0], visitor]
+        for k in range(1, near.shape[1]):
+            seen = seen | self.seen[near[:, k], visitor]
+        return 1.0 - seen.mean(axis=1)
+
+    @cached_property
+    def _apart(self) -> F8:
+        """(E, C) how differently each visitor and each candidate look at the portal."""
+        return np.array([eyes_apart(self.center, self.candidates, v) for v in self.visitors])
 
 
 def candidate_eyes(side: Side, options: PlacementOptions) -> F8:
@@ -118,7 +132,7 @@ def place_references(
         cell: the visitors'.
         options: height of eyes, and the arc.
         count: references at most.
-        bound: mean share of holes at which fewer are enough.
+        bound: share of holes at which fewer are enough.
         switch: where geometry takes over from pictures.
         threads: how many to use; None for as many as there are processors.
     """
@@ -164,29 +178,32 @@ def measure_holes(
         at = np.flatnonzero(~sky)
         points = on[at] + hit.t[at, None] * along[at]
         points -= LIFT * along[at] / np.linalg.norm(along[at], axis=1, keepdims=True)
-        for c, eye in enumerate(candidates):
-            seen[c, e, at] = _sees_through(caster, side, eye, points, threads)
-    return Holes(candidates, visitors, seen, side.portal.center)
+        seen[:, e, at] = _see_through(caster, side, candidates, points, threads)
+    arms = visitors - side.portal.center
+    angle = np.abs(arms @ side.normal) / np.linalg.norm(arms, axis=1) ** 3
+    return Holes(candidates, visitors, seen, side.portal.center, angle / max(angle.sum(), 1e-12))
 
 
-def _sees_through(
-    caster: RayCaster, side: Side, eye: F8, points: F8, threads: int | None
+def _see_through(
+    caster: RayCaster, side: Side, eyes: F8, points: F8, threads: int | None
 ) -> npt.NDArray[np.bool_]:
-    """(N,) whether an eye sees points beyond a portal, through its rectangle."""
-    towards = eye - points
-    height = (points - side.portal.center) @ side.normal
+    """(C, N) whether each of C eyes sees each of N points beyond a portal, through its rectangle."""
+    towards = (eyes[:, None] - points).reshape(-1, 3)
+    starts = np.broadcast_to(points, (len(eyes), *points.shape)).reshape(-1, 3)
+    height = (starts - side.portal.center) @ side.normal
     rise = towards @ side.normal
-    share = np.divide(-height, rise, out=np.full(len(points), -1.0), where=rise > 1e-9)
-    cross = points + share[:, None] * towards - side.corner
+    share = np.divide(-height, rise, out=np.full(len(starts), -1.0), where=rise > 1e-9)
+    cross = starts + share[:, None] * towards - side.corner
     x = cross @ side.right / (side.right @ side.right)
     y = cross @ side.down / (side.down @ side.down)
     through = (share >= 0.0) & (share <= 1.0) & (x >= 0) & (x <= 1) & (y >= 0) & (y <= 1)
-    result = np.zeros(len(points), dtype=bool)
+    result = np.zeros(len(starts), dtype=bool)
     at = np.flatnonzero(through & (share > 1e-9))
+    # only up to the portal: what stands before it is not asked
     reach = np.maximum(share[at] - 1e-6, 1e-9)
-    result[at] = ~caster.blocked(points[at], towards[at], reach, threads)
+    result[at] = ~caster.blocked(starts[at], towards[at], reach, threads)
     result[through & (share <= 1e-9)] = True
-    return result
+    return result.reshape(len(eyes), len(points))
 
 
 def choose_eyes(
@@ -196,12 +213,12 @@ def choose_eyes(
 
     Args:
         holes: from `measure_holes`.
-        bound: mean share of holes, over all visitors, that is good enough.
+        bound: share of holes, in what all visitors see, that is good enough.
         budget: references at most.
         used: how many of them a frame warps.
 
     Returns:
-        Indices of candidates in the order they were added, and the mean share of holes after each.
+        Indices of candidates in the order they were added, and the share of holes after each.
 
     Raises:
         InputError: a bound outside [0, 1] or a budget below 1.
@@ -212,7 +229,7 @@ def choose_eyes(
     left: list[float] = []
     while len(chosen) < min(budget, len(holes.candidates)) and (not left or left[-1] > bound):
         rest = [k for k in range(len(holes.candidates)) if k not in chosen]
-        means = [float(holes.share([*chosen, k], used).mean()) for k in rest]
+        means = [holes.mean([*chosen, k], used) for k in rest]
         best = int(np.argmin(means))
         if left and means[best] >= left[-1]:
             break

@@ -38,6 +38,10 @@ F8 = npt.NDArray[np.float64]
 Mode = Literal["full", "culling", "textures", "one", "two"]
 MODES: tuple[str, ...] = get_args(Mode)
 Merge = Literal["over", "disparity"]
+Fill = Literal["none", "background", "trace"]
+
+_Target = tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32], npt.NDArray[np.float32]]
+"""Color, disparity and coverage of the window."""
 
 __all__ = ["MODES", "FrameStatistics", "Mode", "WalkOptions", "Walker"]
 
@@ -55,8 +59,9 @@ class WalkOptions:
     """Of the warps; see `belvedere.WarpOptions`."""
     persist: bool = False
     """Show in a portal's holes what was seen there in the frames before (an uncleared buffer)."""
-    fill: Literal["none", "background"] = "none"
-    """What becomes of the holes that are left."""
+    fill: Fill = "trace"
+    """What becomes of holes, the pixels behind a portal that no reference saw: ``"trace"`` casts a
+    ray for each, ``"background"`` continues what lies around, ``"none"`` leaves them black."""
     reach: float = 1e6
     """Portals farther off than this, metres, are not looked through."""
     switch: SwitchOptions = field(default_factory=SwitchOptions)
@@ -65,7 +70,7 @@ class WalkOptions:
     def __post_init__(self) -> None:
         check_choice("WalkOptions", "mode", self.mode, MODES)
         check_choice("WalkOptions", "merge", self.merge, get_args(Merge))
-        check_choice("WalkOptions", "fill", self.fill, ("none", "background"))
+        check_choice("WalkOptions", "fill", self.fill, get_args(Fill))
         check_number("WalkOptions", "reach", self.reach, 0.0)
         WarpOptions(reconstruction=self.reconstruction)  # type: ignore[arg-type]
 
@@ -88,7 +93,7 @@ class FrameStatistics:
     compose_ms: float = 0.0
     fill_ms: float = 0.0
     holes: float = 0.0
-    """Share of the window that nothing covers."""
+    """Share of the window that no reference and no polygon covers, before it is filled."""
 
     @property
     def ms(self) -> float:
@@ -122,6 +127,9 @@ class Walker:
         self.options = options or WalkOptions()
         self.threads = threads
         self.statistics = FrameStatistics()
+        """Of the last frame."""
+        self.holes = np.zeros((0, 0), dtype=bool)
+        """(H, W) of the last frame: what neither references nor polygons nor the sky cover."""
         self._visibility = Visibility(graph)
         self._switches = Switches(graph.portals, self.options.switch)
         self._prepared: dict[tuple[int, int, int], PreparedView] = {}
@@ -163,17 +171,38 @@ class Walker:
         stats.draw_ms = clock.lap()
         for sight in self._pictured(sights, camera):
             self._show(sight, camera, (color, disparity, coverage), stats, clock)
+        self.holes = self._find_holes(camera, (color, disparity, coverage))
         frame = Frame(camera, color, disparity, coverage)
-        if self.options.mode not in ("full", "culling"):
-            stats.holes = frame.hole_fraction
-            if self.options.fill == "background" and stats.holes > 0.0:
-                from belvedere.warp.holes import fill_background
+        stats.holes = float(self.holes.mean())
+        if stats.holes > 0.0 and self.options.fill == "background":
+            from belvedere.warp.holes import fill_background
 
-                clock.lap()
-                frame = fill_background(frame, threads=self.threads)
-                stats.fill_ms = clock.lap()
+            frame = fill_background(frame, threads=self.threads)
+        stats.fill_ms = clock.lap()
         self.statistics = stats
         return frame
+
+    def _find_holes(self, camera: Camera, target: _Target) -> npt.NDArray[np.bool_]:
+        """Pixels that nothing covers. Rays tell them from the sky, which is behind everything.
+
+        With ``fill="trace"`` the rays' colours are shown; otherwise holes are black, but for what
+        ``persist`` keeps.
+        """
+        color, disparity, coverage = target
+        holes = coverage == 0.0
+        v, u = np.nonzero(holes)
+        if not len(v):
+            return holes
+        seen, delta = self.drawer.trace(camera, u, v, self.threads)
+        sky = delta == 0.0
+        known = np.ones(len(v), dtype=bool) if self.options.fill == "trace" else sky
+        color[v[known], u[known]] = seen[known]
+        disparity[v[known], u[known]] = delta[known]
+        coverage[v[known], u[known]] = 1.0
+        if not self.options.persist:
+            color[v[~known], u[~known]] = 0
+        holes[v[sky], u[sky]] = False
+        return holes
 
     def _look(
         self, camera: Camera, stats: FrameStatistics
@@ -217,7 +246,7 @@ class Walker:
         self,
         sight: Sight,
         camera: Camera,
-        target: tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32], npt.NDArray[np.float32]],
+        target: _Target,
         stats: FrameStatistics,
         clock: _Clock,
     ) -> None:

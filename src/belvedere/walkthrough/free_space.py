@@ -7,6 +7,7 @@ higher than a step, drops. A body is a circle that keeps its radius from all tha
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from belvedere.ground.checks import as_array, check_finite, check_number, check_shape
 from belvedere.ground.errors import FileFormatError, InputError, MissingFileError, SceneError
 from belvedere.scene.mesh import Mesh
-from belvedere.walkthrough.columns import Columns, Grid, Layers, standing_layers
+from belvedere.walkthrough.columns import Columns, Grid, Layers, standing_layers, worth_standing
 
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
@@ -26,8 +27,6 @@ I4 = npt.NDArray[np.int32]
 VERSION = 1
 SMOOTHING_M = 0.2
 """Over how far steps are rounded for the eye."""
-LEAST_AREA_M2 = 0.5
-"""Floors smaller than this that lead nowhere are table tops and window sills."""
 
 __all__ = ["Body", "FreeSpace"]
 
@@ -86,10 +85,8 @@ class FreeSpace:
     def of_columns(cls, columns: Columns, body: Body | None = None) -> FreeSpace:
         """As `of_mesh`, for a building already cut into columns."""
         body = body or Body()
-        layers, _ = standing_layers(columns, body.head, body.step)
-        label, count = layers.label()
-        area = np.bincount(label, minlength=count) * columns.grid.spacing**2
-        layers = layers.take(area[label] >= LEAST_AREA_M2)
+        layers, front = standing_layers(columns, body.head, body.step)
+        layers = layers.take(worth_standing(layers, front))
         if not len(layers.column):
             raise SceneError(
                 f"The model has no floor: nowhere can a body {body.head:g} m high stand. Is +z "
@@ -220,7 +217,7 @@ class FreeSpace:
         if not file.is_file():
             raise MissingFileError(f"{file}: no such file")
         try:
-            with np.load(file, allow_pickle=False) as data:
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
                 parts: dict[str, Any] = {name: data[name] for name in data.files}
             if int(parts["version"]) != VERSION:
                 raise FileFormatError(

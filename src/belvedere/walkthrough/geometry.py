@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from belvedere.model import DrawList, LitModel, Rasterizer
+from belvedere.model import DrawList, LitModel, Rasterizer, photograph_pixels
 from belvedere.scene import Camera
 from belvedere.walkthrough.contents import CellContents
 from belvedere.walkthrough.visibility import Sight
@@ -29,6 +29,12 @@ class GeometryDrawer(Protocol):
         """
         ...
 
+    def trace(
+        self, camera: Camera, u: npt.NDArray[np.intp], v: npt.NDArray[np.intp], threads: int | None
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+        """What the pixels (u[i], v[i]) see of the whole model: (N, 3) sRGB, (N,) disparity."""
+        ...
+
 
 class CellRasterizer:
     """Draws cells with `belvedere.model.Rasterizer`; each cell's list is made when first seen.
@@ -37,7 +43,7 @@ class CellRasterizer:
     """
 
     def __init__(self, model: LitModel, contents: CellContents) -> None:
-        self._contents = contents
+        self._model, self._contents = model, contents
         self._rasterizer = Rasterizer(model)
         self._lists: dict[int, DrawList] = {}
 
@@ -52,6 +58,12 @@ class CellRasterizer:
         lists = [(self._list(sight.cell), sight.planes) for sight in sights]
         color, disparity, _ = self._rasterizer.draw(camera, lists)
         return color, disparity
+
+    def trace(
+        self, camera: Camera, u: npt.NDArray[np.intp], v: npt.NDArray[np.intp], threads: int | None
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+        """See `GeometryDrawer.trace`."""
+        return photograph_pixels(self._model, camera, u, v, threads)
 
     def _list(self, cell: int) -> DrawList:
         if cell not in self._lists:

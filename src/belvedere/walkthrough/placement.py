@@ -46,7 +46,7 @@ class PlacementOptions:
     """Where references stand and how fine they are."""
 
     count: int = 6
-    """References of a portal, shared between the sides that visitors can come to."""
+    """References on each side of a portal between two cells."""
     span_deg: float = 100.0
     """From the first to the last, seen from the portal's middle."""
     radius: float = 2.0

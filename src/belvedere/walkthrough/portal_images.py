@@ -5,7 +5,6 @@ Source: spec portal-walkthrough 3.3 to 3.7.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy.typing as npt
 
 from belvedere.ground.errors import InputError
 from belvedere.model import LitModel, photograph
-from belvedere.scene import Camera, ReferenceView
+from belvedere.scene import ReferenceView
 from belvedere.walkthrough.placement import (
     PlacementOptions,
     Side,
@@ -71,22 +70,20 @@ class PortalImages:
         suits references on an arc better than the distance between the eyes: a visitor far away
         sees what the reference in his direction sees. Equal angles are told apart by distance.
         """
-        return nearest_eyes(
-            self.side.portal.center, [r.camera.center for r in self.references], eye, count
-        )
+        eyes = np.array([r.camera.center for r in self.references])
+        apart = eyes_apart(self.side.portal.center, eyes, eye)
+        return [int(k) for k in np.argsort(apart, kind="stable")[:count]]
 
 
-def nearest_eyes(center: F8, eyes: Sequence[F8], eye: F8, count: int) -> list[int]:
-    """Which ``count`` of ``eyes`` look at ``center`` most as ``eye`` does, best first."""
-    arms = np.asarray(eyes, dtype=np.float64) - center
-    length = np.linalg.norm(arms, axis=1)
+def eyes_apart(center: F8, eyes: F8, eye: F8) -> F8:
+    """(N,) how differently each of (N, 3) eyes and ``eye`` look at ``center``; 0 for the same.
+
+    The angle between the directions to them in radians, and a tenth of the logarithm of the ratio
+    of their distances.
+    """
+    arms = eyes - center
+    length = np.maximum(np.linalg.norm(arms, axis=1), 1e-9)
     arm = np.asarray(eye, dtype=np.float64) - center
     far = max(float(np.linalg.norm(arm)), 1e-9)
-    cosine = np.clip(arms @ arm / (np.maximum(length, 1e-9) * far), -1.0, 1.0)
-    apart = np.arccos(cosine) + 0.1 * np.abs(np.log(np.maximum(length, 1e-9) / far))
-    return [int(k) for k in np.argsort(apart, kind="stable")[:count]]
-
-
-def is_in_front(side: Side, camera: Camera) -> bool:
-    """Whether the camera's eye is on the viewer's side of the portal."""
-    return bool((camera.center - side.portal.center) @ side.normal > 0.0)
+    cosine = np.clip(arms @ arm / (length * far), -1.0, 1.0)
+    return np.arccos(cosine) + 0.1 * np.abs(np.log(length / far))

@@ -14,27 +14,35 @@ sees the folder, and whatever is complete after an interruption is not made agai
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from belvedere.ground.checks import check_choice, check_number
-from belvedere.ground.errors import MissingFileError
+from belvedere.ground.errors import MissingFileError, SceneError
 from belvedere.ground.version import __version__
 from belvedere.scene import Affordances, ViewSet
 from belvedere.scene.io.json_files import read_json, write_json
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.job import PrepareJob
-from belvedere.walkthrough.placement import PlacementOptions, semicircle_eyes, sides_of
+from belvedere.walkthrough.placement import (
+    PlacementOptions,
+    reference_camera,
+    semicircle_eyes,
+    sides_of,
+)
 from belvedere.walkthrough.walkthrough import KIND, MANIFEST, VERSION, side_folder
 
 Placement = Literal["error", "arc"]
 CellSource = Literal["auto", "stated", "found"]
 Progress = Callable[[int, int, str], None]
 
-__all__ = ["PrepareOptions", "Prepared", "prepare"]
+__all__ = ["Estimate", "PrepareOptions", "Prepared", "estimate", "prepare"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +70,8 @@ class PrepareOptions:
     """Gathered for each point of light; fewer is quicker and blotchier."""
     seed: int = 0
     """Of a built-in house."""
+    detail: int = 1
+    """Of a built-in house: so many times its polygons, in the same shapes."""
 
     def __post_init__(self) -> None:
         owner = "PrepareOptions"
@@ -194,59 +204,196 @@ def prepare(
     )  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What a preparation would take, told beforehand."""
+
+    cells: int
+    portals: int
+    references: int
+    """Pictures at most: error-driven placement may need fewer."""
+    bytes: int
+    """On disk, about."""
+    minutes: float
+    """On this machine, about."""
+
+    @property
+    def summary(self) -> str:
+        """One line."""
+        return (
+            f"{self.cells} cells, {self.portals} portals, at most {self.references} references, "
+            f"about {self.bytes / 1e6:.0f} MB and {self.minutes:.1f} minutes"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self) | {"minutes": round(self.minutes, 2)}
+
+
+def estimate(
+    model: str | Path,
+    options: PrepareOptions | None = None,
+    *,
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> Estimate:
+    """How many pictures, bytes and minutes a preparation would be; nothing is written.
+
+    The model is read and its cells are found; then rays are cast for a moment to see how quick this
+    machine is with this model. Light is not baked, so minutes are a guess within a factor of two.
+
+    Args:
+        model: see `prepare`.
+        options: see `prepare`.
+        workers: threads; None for as many as there are processors.
+        progress: told stage by stage.
+
+    Raises:
+        MissingFileError, FileFormatError, SceneError: the model is missing or of no use.
+    """
+    import time
+
+    from belvedere.ground.threads import thread_count
+    from belvedere.model import RayCaster
+
+    chosen = options or PrepareOptions()
+    source = str(model) if _is_built_in(model) else str(Path(model).absolute())
+    _digest(source)
+    began = time.perf_counter()
+    progress(0, 2, "looking at the model")
+    mesh, building, _ = read_source(source, chosen)
+    progress(1, 2, "looking at the model")
+    graph, _ = cells_of(mesh, building, chosen)
+    looked = time.perf_counter() - began
+    caster = RayCaster(mesh)
+    low, high = mesh.bounds
+    rng = np.random.default_rng(0)
+    starts, ways = low + rng.random((100_000, 3)) * (high - low), rng.normal(size=(100_000, 3))
+    began = time.perf_counter()
+    caster.cast(starts, ways, workers)
+    ray = (time.perf_counter() - began) / len(starts)
+    progress(2, 2, "looking at the model")
+    sides = [side for portal in graph.portals for side in sides_of(portal, graph.cells)]
+    texels = 0
+    for side in sides:
+        eye = semicircle_eyes(side, chosen.references, 1)[0]
+        camera, _near = reference_camera(side, eye, chosen.references)
+        texels += chosen.references.count * camera.width * camera.height
+    area = 0.5 * np.linalg.norm(
+        np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]]
+                   for k in (1, 2))), axis=1
+    ).sum()  # fmt: skip
+    points = min(area / 0.13**2, 3e6) + 1.5 * len(mesh.faces)
+    rays = points * chosen.rays * 0.5 + (PLACING_RAYS if chosen.placement == "error" else 0) * len(
+        sides
+    )
+    pixel = TEXEL_S / thread_count(workers)
+    return Estimate(
+        len(graph.cells), len(graph.portals), chosen.references.count * len(sides),
+        int(texels * TEXEL_BYTES + len(mesh.faces) * FACE_BYTES),
+        (looked + rays * ray * 2.0 + texels * pixel) / 60.0,
+    )  # fmt: skip
+
+
+TEXEL_BYTES = 3.2
+"""Of a reference on disk: PNG colour and depth, as measured on the built-in houses."""
+FACE_BYTES = 250
+"""Of a face on disk: its polygons twice, and light."""
+TEXEL_S = 1.5e-6
+"""Seconds of one thread for a texel of nine samples, on a laptop of 2020."""
+PLACING_RAYS = 24 * 36 * 256
+"""Shadow rays that place the references of one side."""
+
+
 # ---- tasks: functions of their own, so that workers elsewhere know them --------------------------
+
+
+def read_source(source: str, options: PrepareOptions) -> tuple[Any, Any, list[str]]:
+    """The polygons of a model, what it states of its rooms, and what was lost."""
+    from belvedere.model import build_unlit_house, read_model
+
+    if _is_built_in(source):
+        house = build_unlit_house(source.partition(":")[2], options.seed, detail=options.detail)
+        return house.mesh, house.plan.building(), []
+    found = read_model(source, units=options.units, up=options.up, doors=options.doors)  # type: ignore[arg-type]
+    return found.mesh, found.building, list(found.dropped)
 
 
 def make_model(folder: str, source: str, options: PrepareOptions, threads: int | None) -> None:
     """Read or build the model, light it, and write it for us and for other tools."""
-    from belvedere.model import build_house, light_model, read_model, save_lit_model, write_glb
+    from belvedere.model import build_house, light_model, save_lit_model, write_glb
 
     here = Path(folder)
     if (here / "model.json").is_file():
         return
     if _is_built_in(source):
-        house = build_house(source.partition(":")[2], options.seed, rays=options.rays)
-        model, building, notes = house, house.building, []
-        house.path.save(here / "path.json", force=True)
+        model = build_house(
+            source.partition(":")[2], options.seed, detail=options.detail, rays=options.rays,
+            threads=threads,
+        )  # fmt: skip
+        building, notes = model.building, []
+        model.path.save(here / "path.json")
     else:
-        found = read_model(source, units=options.units, up=options.up, doors=options.doors)
-        building, notes = found.building, list(found.dropped)
-        model = light_model(found.mesh, building=building, rays=options.rays, threads=threads)
+        mesh, building, notes = read_source(source, options)
+        model = light_model(mesh, building, rays=options.rays, threads=threads)
     save_lit_model(here / "model.lit", model)
     write_glb(here / "model.glb", model.mesh, building, force=True)
     stated = None if building is None else building.as_dict()
     write_json(here / "model.json", {"notes": notes, "building": stated})
 
 
+def cells_of(mesh: Any, building: Any, options: PrepareOptions) -> tuple[CellGraph, list[str]]:
+    """The cells of a model, from where the options say, and warnings.
+
+    Raises:
+        SceneError: none can be found; the options ask for stated ones and there are none.
+    """
+    from belvedere.walkthrough.automatic import find_cells
+    from belvedere.walkthrough.graph_file import load_graph
+    from belvedere.walkthrough.stated import cells_of_building
+
+    if options.cells_file is not None:
+        return load_graph(options.cells_file), []
+    if building is not None and options.cells != "found":
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            graph = cells_of_building(building, mesh)
+        return graph, [f"warning: {one.message}" for one in caught]
+    if options.cells == "stated":
+        raise SceneError(
+            "the model states no rooms: prepare it with cells found in its free space "
+            "(--cells found), or write a side file, see docs/formats.md"
+        )
+    return find_cells(mesh), []
+
+
 def make_cells(folder: str, options: PrepareOptions) -> None:
     """Find cells and portals, check them, draw the plan, and lay a walk through them."""
     from belvedere.model import Building
-    from belvedere.walkthrough.automatic import find_cells
-    from belvedere.walkthrough.cells_file import load_graph, save_graph
     from belvedere.walkthrough.checking import check_cells
-    from belvedere.walkthrough.plan import save_plan
-    from belvedere.walkthrough.stated import cells_of_building
+    from belvedere.walkthrough.free_space import FreeSpace
+    from belvedere.walkthrough.graph_file import save_graph
+    from belvedere.walkthrough.plan import draw_plan
+    from belvedere.walkthrough.tour import tour
 
     here = Path(folder)
     if (here / "cells.json").is_file():
         return
     mesh = _lit(folder).mesh
     stated = read_json(here / "model.json").data["building"]
-    if options.cells_file is not None:
-        graph = load_graph(options.cells_file)
-    elif stated is not None and options.cells != "found":
-        graph = cells_of_building(Building.from_dict(stated, "model.json: building"), mesh)
-    elif options.cells == "stated":
-        raise MissingFileError(
-            "the model states no rooms: prepare it with cells found in its free space "
-            "(--cells found), or give a side file; see docs/formats.md"
-        )
-    else:
-        graph = find_cells(mesh)
-    findings = check_cells(graph, mesh)
-    save_plan(here / "plan", graph, mesh)
-    write_json(here / "findings.json", {"findings": [str(f) for f in findings]})
-    save_graph(here / "cells.json", graph)
+    building = None if stated is None else Building.from_dict(stated, "model.json: building")
+    graph, told = cells_of(mesh, building, options)
+    findings = [*told, *(str(finding) for finding in check_cells(graph, mesh))]
+    plan = draw_plan(graph, mesh)
+    plan.save(here / "plan.svg")
+    plan.save(here / "plan.png")
+    if not (here / "path.json").is_file():
+        try:
+            tour(graph, FreeSpace.of_mesh(mesh)).save(here / "path.json")
+        except SceneError as error:
+            findings.append(f"note: no walk was laid through the building: {error}")
+    write_json(here / "findings.json", {"findings": findings})
+    save_graph(graph, here / "cells.json")
 
 
 def make_references(
@@ -264,15 +411,13 @@ def make_references(
     sides = sides_of(graph.portals[portal], graph.cells)
     side = next(s for s in sides if s.cell == cell)
     place = options.references
-    # what does not divide goes to the first side
-    which = [s.cell for s in sides].index(cell)
-    count = max(1, place.count // len(sides) + (which < place.count % len(sides)))
     if options.placement == "arc":
-        eyes = semicircle_eyes(side, place, count)
+        eyes = semicircle_eyes(side, place)
     else:
         eyes = place_references(
-            model.caster, side, graph.cells[cell], place, count, options.bound, threads=threads
-        )
+            model.caster, side, graph.cells[cell], place, place.count, options.bound,
+            threads=threads,
+        )  # fmt: skip
     views = [take_reference(model, side, eye, place, threads) for eye in eyes]
     save_views(ViewSet.of(views), target, force=True)
     return len(views)
@@ -287,7 +432,7 @@ def _lit(folder: str) -> Any:
 
 @lru_cache(maxsize=1)
 def _graph_of(folder: str, changed: int) -> CellGraph:
-    from belvedere.walkthrough.cells_file import load_graph
+    from belvedere.walkthrough.graph_file import load_graph
 
     del changed
     return load_graph(Path(folder) / "cells.json")

@@ -84,6 +84,12 @@ class Routes:
         eyes = np.append(layers.centers[way], self.space.smooth_floor[way, None], axis=1)
         return eyes + np.array(grid.origin) + [0.0, 0.0, self.space.body.eye]
 
+    def parts(self) -> npt.NDArray[np.int32]:
+        """(N,) a number for each place, the same for places that a way joins."""
+        from scipy.sparse.csgraph import connected_components
+
+        return connected_components(self._ways, directed=False)[1]
+
     def reach(self, start: int) -> F8:
         """(N,) cost of the way from one place to every other; inf where none leads."""
         from scipy.sparse.csgraph import dijkstra
@@ -92,7 +98,7 @@ class Routes:
 
 
 def tour(graph: CellGraph, space: FreeSpace, width: int = 640, height: int = 512) -> CameraPath:
-    """A walk that enters every cell that can be reached, beginning in the largest.
+    """A walk that enters every cell that can be reached from the largest.
 
     Args:
         graph: the cells.
@@ -113,8 +119,11 @@ def tour(graph: CellGraph, space: FreeSpace, width: int = 640, height: int = 512
             stops[cell] = int(routes.places[inside[np.argmax(room)]])
     if not stops:
         raise SceneError("no cell of this building has a place to stand: is +z up?")
+    # the part of the building that joins most cells, and the largest cell of it
+    part = routes.parts()
+    joined = np.bincount([part[place] for place in stops.values()])
     sizes = {cell: int((cell_of == cell).sum()) for cell in stops}
-    at = max(stops, key=lambda cell: sizes[cell])
+    at = max(stops, key=lambda cell: (joined[part[stops[cell]]], sizes[cell]))
     order, left = [stops[at]], {cell: place for cell, place in stops.items() if cell != at}
     while left:
         cost = routes.reach(order[-1])

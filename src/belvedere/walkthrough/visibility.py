@@ -114,7 +114,7 @@ class Visibility:
             total = _sight.look_through(
                 camera.center, here, picture_planes(camera), self.corners, self.normals,
                 self.joins, self._first, self._list, stop, NEAR_M, reach, cells, parents, portals,
-                counts, polygons, planes, plane_counts,
+                counts, polygons, planes, plane_counts, np.empty((n, 4)),
             )  # fmt: skip
             if total <= n:
                 break

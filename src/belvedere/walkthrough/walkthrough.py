@@ -136,7 +136,7 @@ class Walkthrough:
             SceneError: the folder is of another kind, or a part does not say what it must.
         """
         from belvedere.model import load_lit_model
-        from belvedere.walkthrough.cells_file import load_graph
+        from belvedere.walkthrough.graph_file import load_graph
 
         folder = Path(path)
         facts = read_json(existing(folder, MANIFEST)).data

@@ -17,7 +17,7 @@ what claims more is taken for a broken or hostile header (a decompression bomb).
 ImageFormat = Literal["png", "jpeg", "webp", "tiff", "exr", "pfm", "npy", "colmap"]
 
 
-def check_pixel_count(path: Path, width: int, height: int) -> None:
+def check_pixel_count(path: str | Path, width: int, height: int) -> None:
     """Refuse an image by the size in its header.
 
     Raises:
@@ -44,6 +44,15 @@ def sniff(path: str | Path) -> ImageFormat:
         raise MissingFileError(f"no image file {file}: check the name")
     with file.open("rb") as stream:
         head = stream.read(64)
+    return sniff_bytes(head, file)
+
+
+def sniff_bytes(head: bytes, file: str | Path) -> ImageFormat:
+    """The format of an image by its first 64 bytes; ``file`` is its name for messages.
+
+    Raises:
+        FileFormatError: empty, or none of the formats we read.
+    """
     if not head:
         raise FileFormatError(f"{file}: is empty (0 bytes): copy or export it again")
     for magic, name in _MAGIC.items():

@@ -31,19 +31,28 @@ def open_image(path: Path, kind: ImageFormat) -> Iterator[Image]:
         FileFormatError: too large, truncated, corrupt.
     """
     with path.open("rb") as stream:
-        image = _plugin(path, kind, stream)
-        check_pixel_count(path, *image.size)
-        _check_upright(path, image)
-        try:
-            if kind == "tiff":
-                from PIL.Image import core
+        yield decode_image(path, kind, stream)
 
-                # room for the pixels, or the TIFF plugin asks Pillow's own limit before making it
-                image.im = core.new(image.mode, image.size)
-            image.load()
-        except Exception as error:  # decoders of foreign bytes raise nearly anything
-            raise _broken(path, kind, error) from error
-        yield image
+
+def decode_image(path: str | Path, kind: ImageFormat, stream: object) -> Image:
+    """A decoded Pillow image out of an open stream; ``path`` is its name for messages.
+
+    Raises:
+        FileFormatError: too large, truncated, corrupt.
+    """
+    image = _plugin(path, kind, stream)
+    check_pixel_count(path, *image.size)
+    _check_upright(path, image)
+    try:
+        if kind == "tiff":
+            from PIL.Image import core
+
+            # room for the pixels, or the TIFF plugin asks Pillow's own limit before making it
+            image.im = core.new(image.mode, image.size)
+        image.load()
+    except Exception as error:  # decoders of foreign bytes raise nearly anything
+        raise _broken(path, kind, error) from error
+    return image
 
 
 def header_size(path: Path, kind: ImageFormat) -> tuple[int, int]:
@@ -54,7 +63,7 @@ def header_size(path: Path, kind: ImageFormat) -> tuple[int, int]:
     return size
 
 
-def _plugin(path: Path, kind: ImageFormat, stream: object) -> Image:
+def _plugin(path: str | Path, kind: ImageFormat, stream: object) -> Image:
     from PIL import JpegImagePlugin, PngImagePlugin, TiffImagePlugin, WebPImagePlugin
 
     plugins = {
@@ -69,7 +78,7 @@ def _plugin(path: Path, kind: ImageFormat, stream: object) -> Image:
         raise _broken(path, kind, error) from error
 
 
-def _check_upright(path: Path, image: Image) -> None:
+def _check_upright(path: str | Path, image: Image) -> None:
     """Refuse a TIFF that asks to be turned: Pillow would turn it, and K is for stored pixels."""
     tags = getattr(image, "tag_v2", None)
     if tags is not None and tags.get(_ORIENTATION, 1) != 1:
@@ -79,7 +88,7 @@ def _check_upright(path: Path, image: Image) -> None:
         )
 
 
-def _broken(path: Path, kind: ImageFormat, error: BaseException) -> FileFormatError:
+def _broken(path: str | Path, kind: ImageFormat, error: BaseException) -> FileFormatError:
     names = {"png": "PNG", "jpeg": "JPEG", "webp": "WebP", "tiff": "TIFF"}
     reason = str(error).split("\n")[0] or type(error).__name__
     return FileFormatError(

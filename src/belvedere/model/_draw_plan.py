@@ -1,0 +1,94 @@
+"""Which clusters of triangles a frame draws, in which order, and in which batches. Private."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from belvedere.ground.scratch import scratch
+from belvedere.scene import Camera
+
+if TYPE_CHECKING:
+    from belvedere.model.rasterize import DrawList
+
+F8 = npt.NDArray[np.float64]
+I4 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int64]
+
+FIRST_BATCH, LAST_BATCH = 1 << 15, 1 << 18
+"""Triangles that are drawn before it is asked what they hide; each batch is twice the last."""
+
+
+class DrawPlan:
+    """The clusters of several lists that a camera may see, the nearest first."""
+
+    def __init__(
+        self, camera: Camera, origin: F8, lists: Sequence[tuple[DrawList, F8 | None]]
+    ) -> None:
+        from belvedere.model import _raster
+
+        self.inverse, self.eye = np.linalg.inv(camera.matrix), camera.center - origin
+        picture = np.array([0, camera.width - 1, 0, camera.height - 1], dtype=np.int32)
+        border = picture_planes(camera)
+        sizes = [len(drawn.low) for drawn, _ in lists]
+        ends = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+        rects = np.empty((ends[-1], 4), dtype=np.int32)
+        near, cut = np.empty(ends[-1]), np.empty(ends[-1], dtype=np.bool_)
+        count = np.empty(ends[-1], dtype=np.int64)
+        for (drawn, planes), (first, last) in zip(lists, pairwise(ends), strict=True):
+            limits = border if planes is None else np.vstack([border, planes])
+            _raster.cull_clusters(
+                drawn.low, drawn.high, self.eye, limits, self.inverse, picture,
+                rects[first:last], near[first:last], cut[first:last],
+            )  # fmt: skip
+            count[first:last] = np.diff(drawn.first_face)
+        seen = np.flatnonzero((rects[:, 1] >= rects[:, 0]) & (rects[:, 3] >= rects[:, 2]))
+        order = seen[np.argsort(-near[seen], kind="stable")]
+        self.rects, self.near = rects[order], near[order]
+        """(P, 4) and (P,), see `_raster.cull_clusters`."""
+        self._list = np.searchsorted(ends, order, side="right") - 1
+        self.cluster = order - ends[self._list]
+        """(P,) number in its list."""
+        self.count = np.zeros(len(order), dtype=np.int64)
+        """(P,) records of each cluster, once they are set up."""
+        self._most = count[order] * np.where(cut[order], _raster.MOST_PIECES, 1)
+
+    def batches(self) -> list[tuple[int, int]]:
+        """First cluster and the one after the last of what is drawn together; one at least."""
+        ends, most, size = [0], np.cumsum(self._most), FIRST_BATCH
+        while ends[-1] < len(most):
+            done = most[ends[-1] - 1] if ends[-1] else 0
+            ends.append(max(int(np.searchsorted(most, done + size, side="right")), ends[-1] + 1))
+            size = min(2 * size, LAST_BATCH)
+        return list(pairwise(ends)) or [(0, 0)]
+
+    def make_room(self, first: int, last: int) -> tuple[I8, I4]:
+        """(P,) where the records of a batch's clusters begin, and memory for the records."""
+        from belvedere.model import _raster
+
+        room = np.zeros(len(self.cluster), dtype=np.int64)
+        most = self._most[first:last]
+        room[first:last] = np.cumsum(most) - most
+        return room, scratch("raster records", (int(most.sum()), _raster.RECORD), np.int32)
+
+    def parts(self, first: int, last: int, threads: int) -> list[tuple[int, I8]]:
+        """A batch in pieces for threads: a list's number, and which clusters of it."""
+        parts: list[tuple[int, I8]] = []
+        for each in np.unique(self._list[first:last]).tolist():
+            places = first + np.flatnonzero(self._list[first:last] == each)
+            pieces = 1 if threads == 1 else min(4 * threads, len(places))
+            parts += [(each, piece) for piece in np.array_split(places, pieces)]
+        return parts
+
+
+def picture_planes(camera: Camera) -> npt.NDArray[Any]:
+    """(4, 3) planes through the eye and the picture's outer edges, pointing inwards."""
+    u = np.array([-0.5, camera.width - 0.5, camera.width - 0.5, -0.5])
+    v = np.array([-0.5, -0.5, camera.height - 0.5, camera.height - 0.5])
+    rays = camera.rays(u, v)
+    planes = np.cross(rays, np.roll(rays, -1, axis=0))
+    return planes * np.sign(planes @ rays.sum(axis=0))[:, None]

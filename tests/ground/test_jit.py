@@ -10,7 +10,23 @@ from pathlib import Path
 import pytest
 
 KERNELS = """
-from belvedere.ground.jit import kernel
+from belvedere.ground.jit import inner, kernel
+
+@inner
+def doubled(value):
+    return value + value
+
+@kernel
+def quadrupled(value):
+    return doubled(doubled(value))
+
+@inner
+def times(value, factor):
+    return value * factor
+
+@kernel
+def sextupled(value):
+    return times(times(value, 2), 3)
 
 @kernel
 def total(values, out_total):
@@ -71,6 +87,23 @@ def test_a_short_wait_is_not_told(tmp_path: Path) -> None:
 
 def test_other_peoples_kernels_are_not_told(tmp_path: Path) -> None:
     assert run(tmp_path, after=0.0, name="somebody_else").stderr == ""
+
+
+@pytest.mark.parametrize("disabled", ["0", "1"])
+def test_a_step_of_a_kernel_can_be_called_from_python(tmp_path: Path, disabled: str) -> None:
+    """Also when a kernel was compiled with it before: what it lacks would end the process."""
+    calls = "kernels.quadrupled(1.5), kernels.doubled(2.5), kernels.doubled(7), kernels.doubled(4)"
+    for _ in range(2):  # compiled, and from the cache
+        script = SCRIPT + f"print({calls})\n"
+        done = run(tmp_path, after=1000.0, script=script, NUMBA_DISABLE_JIT=disabled, divide=False)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.splitlines()[1] == "6.0 5.0 14 8"
+
+
+def test_a_step_is_compiled_once_whatever_constants_it_is_called_with(tmp_path: Path) -> None:
+    script = SCRIPT + "print(kernels.sextupled(1.5), len(kernels.times.overloads))\n"
+    done = run(tmp_path, after=1000.0, script=script)
+    assert done.stdout.splitlines()[1] == "9.0 1", done.stderr
 
 
 def test_without_compilation_overruns_raise(tmp_path: Path) -> None:

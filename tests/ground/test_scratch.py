@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from belvedere.ground.scratch import SMALLEST_LOAN, lend, scratch
+from belvedere.ground.scratch import SMALLEST_LOAN, lend, own_memory, scratch
+from belvedere.ground.threads import run_parallel
 
 
 def test_a_thread_gets_the_same_memory_again() -> None:
@@ -43,6 +44,36 @@ def test_two_threads_never_share() -> None:
 
     with ThreadPoolExecutor(2) as pool:
         assert all(pool.map(mine, [1, 2]))
+
+
+def test_work_that_interrupts_other_work_gets_other_memory() -> None:
+    with own_memory():
+        mine = scratch("work", (64,), np.uint8)
+        with own_memory():
+            theirs = scratch("work", (64,), np.uint8)
+            assert not np.shares_memory(mine, theirs)
+        assert np.shares_memory(mine, scratch("work", (64,), np.uint8))
+    with own_memory():  # one set is kept, and it is the outermost
+        assert np.shares_memory(mine, scratch("work", (64,), np.uint8))
+
+
+def test_work_that_fails_leaves_the_memory_to_the_one_it_interrupted() -> None:
+    with own_memory():
+        mine = scratch("work", (64,), np.uint8)
+        with pytest.raises(KeyError, match="inner"), own_memory():
+            raise KeyError("inner")
+        assert np.shares_memory(mine, scratch("work", (64,), np.uint8))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_parallel_work_may_run_inside_parallel_work(threads: int) -> None:
+    def outer(value: int) -> bool:
+        mine = scratch("nested", (256,), np.int64)
+        mine.fill(value)
+        run_parallel(lambda k: scratch("nested", (256,), np.int64).fill(-k), range(1, 4), threads)
+        return bool((mine == value).all())
+
+    assert all(run_parallel(outer, range(6), threads))
 
 
 @pytest.mark.parametrize("keep", [lambda block: block, lambda block: block[8:12].view(np.uint32)])

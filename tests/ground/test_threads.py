@@ -1,13 +1,15 @@
 from __future__ import annotations
 
+import sys
 import threading
 import time
+from typing import Any
 
 import numpy as np
 import pytest
 
 from belvedere.ground.errors import InputError
-from belvedere.ground.threads import run_parallel, thread_count
+from belvedere.ground.threads import renew_helpers, run_parallel, thread_count
 
 THREADS = [1, 2, 3, 4]
 
@@ -136,3 +138,26 @@ def test_what_nobody_had_begun_when_an_item_failed_is_left_undone() -> None:
     with pytest.raises(ValueError, match="first"):
         run_parallel(fail_first, range(100), 2)
     assert len(done) < 10
+
+
+def test_what_interrupts_the_waking_of_helpers_may_wake_some_itself() -> None:
+    results: list[list[int]] = []
+
+    def interrupt(frame: Any, event: str, value: Any) -> None:
+        del value
+        if event == "call" and frame.f_code is threading.Thread.start.__code__:
+            results.append(run_parallel(lambda item: -item, range(5), 4))
+
+    def run() -> None:
+        sys.setprofile(interrupt)
+        results.append(run_parallel(lambda item: item, range(9), 3))
+        sys.setprofile(None)
+
+    renew_helpers()
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(10)
+    assert not thread.is_alive()  # it would wait for a lock of its own
+    assert results[-1] == list(range(9))
+    assert len(results) > 1  # it did interrupt
+    assert all(one == [0, -1, -2, -3, -4] for one in results[:-1])

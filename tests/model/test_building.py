@@ -63,7 +63,7 @@ def buildings(draw: st.DrawFn) -> Building:
     openings = [
         Opening(
             draw(st.text()),
-            draw(st.sampled_from(["door", "window", "opening"])),  # type: ignore[arg-type]
+            draw(st.sampled_from(["door", "window", "opening"])),
             np.array(draw(st.lists(point3, min_size=4, max_size=4))),
             (draw(side), draw(side)),
         )

@@ -49,7 +49,8 @@ def test_transforms_of_all_nodes_above_are_applied(tmp_path: Path) -> None:
     ]
     found = corners(read_model(gltf.glb(tmp_path / "a.glb")))[0]
     quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    expected = (quarter @ (TRIANGLE * [1, 3, 1] * 2 + [0, 0, 7]).T).T + [10, 0, 0]
+    inner = TRIANGLE * np.array([2, 6, 2]) + np.array([0, 0, 7])
+    expected = inner @ quarter.T + np.array([10, 0, 0])
     np.testing.assert_allclose(found, expected @ UP.T, atol=1e-12)
 
 
@@ -147,7 +148,7 @@ def test_the_first_row_of_a_texture_lies_at_v_0(tmp_path: Path) -> None:
     gltf.mesh(TEXCOORD_0=uv, material=gltf.material(
         pbrMetallicRoughness={"baseColorTexture": texture}))  # fmt: skip
     mesh = read_model(gltf.glb(tmp_path / "a.glb")).mesh
-    np.testing.assert_array_equal(mesh.materials[0].texture, PIXELS)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(mesh.materials[0].texture, PIXELS)
     np.testing.assert_array_equal(mesh.uv[0], uv)
 
 
@@ -299,12 +300,13 @@ def test_a_building_in_the_extras_is_found_and_checked(tmp_path: Path) -> None:
 def test_trimesh_reads_the_same_triangles(tmp_path: Path, rng: np.random.Generator) -> None:
     trimesh = pytest.importorskip("trimesh")
     gltf = Gltf()
-    gltf.json["nodes"] = [{"children": [1, 2, 3]}]
+    nodes: list[dict[str, Any]] = [{"children": [1, 2, 3]}]
+    gltf.json["nodes"] = nodes
     for k in range(3):
         points = rng.normal(size=(30, 3)).astype(np.float32)
         gltf.mesh(points)["indices"] = gltf.add(rng.permutation(30).astype(np.uint32))
         turn = rng.normal(size=4)
-        gltf.json["nodes"].append(
+        nodes.append(
             {"mesh": k, "rotation": (turn / np.linalg.norm(turn)).tolist(),
              "translation": rng.normal(size=3).tolist(), "scale": [1, 2, 0.5]}
         )  # fmt: skip
@@ -337,8 +339,16 @@ def test_colors_of_pictures_are_not_multiplied_by_alpha(tmp_path: Path) -> None:
     look = {"baseColorTexture": {"index": gltf.picture(pixels)}}
     gltf.mesh(material=gltf.material(pbrMetallicRoughness=look))
     model = read_model(gltf.glb(tmp_path / "a.glb"))
-    np.testing.assert_array_equal(model.mesh.materials[0].texture, pixels[..., :3])  # type: ignore[arg-type]
+    np.testing.assert_array_equal(model.mesh.materials[0].texture, pixels[..., :3])
     assert srgb_to_linear(np.float32(200 / 255)) > 0.5
+
+
+def test_a_view_past_its_buffer_is_refused(tmp_path: Path) -> None:
+    gltf = Gltf()
+    gltf.mesh()
+    gltf.json["bufferViews"][0]["byteLength"] = 999
+    with pytest.raises(FileFormatError, match=r"bufferViews\[0\] ends at byte 999, but its buffer"):
+        read_model(gltf.glb(tmp_path / "a.glb"))
 
 
 def test_a_claim_without_data_is_not_believed(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def test_joined_meshes_keep_their_faces_and_share_materials() -> None:
 
 
 def test_colors_of_corners_survive_joining() -> None:
-    red = np.broadcast_to(np.float32([1, 0, 0]), (1, 3, 3))
+    red = np.broadcast_to(np.array([1, 0, 0], np.float32), (1, 3, 3))
     joined = Mesh.concatenate([triangle(), triangle(1.0, colors=red)])
     assert joined.colors is not None
     np.testing.assert_array_equal(joined.colors, [np.ones((3, 3)), red[0]])

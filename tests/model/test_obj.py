@@ -73,10 +73,20 @@ def test_v_runs_up_in_the_file_and_down_the_picture(tmp_path: Path) -> None:
         a="newmtl wood\nKd 0.5 0.5 0.5\nKe 2 1 0\nmap_Kd wood.png\n",
     )
     (wood,) = model.mesh.materials
-    np.testing.assert_array_equal(wood.texture, PIXELS)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(wood.texture, PIXELS)
     np.testing.assert_array_equal(model.mesh.uv[0], [[0, 1], [1, 1], [1, 0]])
     assert wood.base_color == pytest.approx([float(srgb_to_linear(np.float64(0.5)))] * 3)
     assert wood.emission == (2.0, 1.0, 0.0)
+
+
+def test_programs_that_write_linear_colors_are_known(tmp_path: Path) -> None:
+    text = "mtllib a.mtl\n" + SQUARE + "usemtl w\nf 1 2 3"
+    for comment, expected in (
+        ("# Blender 4.2.0 MTL File: 'flat.blend'\n", 0.5),
+        ("# exported from a CAD program\n", float(srgb_to_linear(np.float64(0.5)))),
+    ):
+        model = obj(tmp_path, text, a=comment + "newmtl w\nKd 0.5 0.5 0.5\n")
+        assert model.mesh.materials[0].base_color == pytest.approx([expected] * 3)
 
 
 def test_objects_have_their_names(tmp_path: Path) -> None:
@@ -174,7 +184,7 @@ def test_a_ply_with_a_texture_shows_it_the_right_way_up(tmp_path: Path) -> None:
     head = PLY.format(more="property float s\nproperty float t\n", faces=1)
     path.write_text(head + "0 0 0 0 0\n2 0 0 1 0\n2 1 0 1 1\n0 1 0 0 1\n3 0 1 2\n")
     mesh = read_model(path, units="m", up="z").mesh
-    np.testing.assert_array_equal(mesh.materials[0].texture, PIXELS)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(mesh.materials[0].texture, PIXELS)
     np.testing.assert_allclose(mesh.uv[0], [[0, 1], [1, 1], [1, 0]])
 
 

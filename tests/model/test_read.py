@@ -12,7 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from belvedere.ground.errors import FileFormatError, InputError, MissingFileError, SceneError
+from belvedere.ground.errors import (
+    BelvedereError,
+    FileFormatError,
+    InputError,
+    MissingFileError,
+    SceneError,
+)
 from belvedere.model import MODEL_SUFFIXES, ImportedModel, read_model
 from belvedere.model._plausible import UNITS
 from belvedere.model._weld import first_equal
@@ -97,7 +103,7 @@ def test_turning_an_axis_up_never_mirrors(tmp_path: Path) -> None:
         "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4"
     )
     for up in ("x", "y", "z"):
-        mesh = read_model(tmp_path / "a.obj", units="m", up=up).mesh  # type: ignore[arg-type]
+        mesh = read_model(tmp_path / "a.obj", units="m", up=up).mesh
         a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
         assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(1.0)
 
@@ -215,3 +221,60 @@ def test_equal_rows_are_found_as_a_dictionary_finds_them(rows: np.ndarray) -> No
 
 def test_minus_zero_is_zero() -> None:
     np.testing.assert_array_equal(first_equal(np.array([[0.0, 1.0], [-0.0, 1.0]])), [0, 0])
+
+
+def sample(folder: Path, suffix: str) -> bytes:
+    """A small good file with a bit of everything."""
+    if suffix == ".obj":
+        return (
+            b"mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 1 1 1 1 1 1\nvt 0 0\n"
+            b"vt 1 0\nvt 1 1\no a\nusemtl x\nf 1/1 2/2 3/3\nf -1/-1 -2/-2 -3/-3\nf 1 2 3 4\nl 1 2\n"
+        )
+    if suffix == ".ply":
+        pytest.importorskip("trimesh")
+        return (
+            b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+            b"property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+            b"element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n"
+            b"1 0 0 1 2 3\n1 1 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n4 0 1 2 3\n"
+        )
+    gltf = Gltf()
+    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    texture = {
+        "index": gltf.picture(pixels),
+        "extensions": {"KHR_texture_transform": {"rotation": 1.0}},
+    }
+    look = {"pbrMetallicRoughness": {"baseColorTexture": texture}, "alphaMode": "BLEND"}
+    gltf.mesh(
+        TEXCOORD_0=np.zeros((3, 2), np.float32),
+        COLOR_0=np.ones((3, 4), np.float32),
+        material=gltf.material(name="a", emissiveFactor=[1, 1, 1], **look),
+        indices=gltf.add(np.array([0, 1, 2], np.uint16)),
+    )
+    write = gltf.glb if suffix == ".glb" else gltf.gltf
+    return write(folder / f"good{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".gltf", ".obj", ".ply"])
+def test_a_spoilt_file_is_read_or_refused_but_never_a_crash(
+    tmp_path: Path, rng: np.random.Generator, suffix: str
+) -> None:
+    good = sample(tmp_path, suffix)
+    read = 0
+    for _ in range(150):
+        data = bytearray(good)
+        for _ in range(int(rng.integers(1, 4))):
+            at = int(rng.integers(len(data)))
+            choice = int(rng.integers(3))
+            if choice == 0:
+                data[at] = int(rng.integers(256))
+            elif choice == 1:
+                del data[at : at + int(rng.integers(1, 9))]
+            else:
+                data[at:at] = bytes(rng.choice(list(b'0123456789-eE.,:[]{}" \n/na'), 3).tolist())
+        (tmp_path / f"bad{suffix}").write_bytes(bytes(data))
+        try:
+            read += len(read_model(tmp_path / f"bad{suffix}").mesh.faces) > 0
+        except BelvedereError:
+            continue
+    assert read < 150

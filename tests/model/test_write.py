@@ -74,7 +74,7 @@ def test_what_is_written_comes_back(tmp_path: Path, mesh: Mesh) -> None:
         np.testing.assert_allclose(a.emission, b.emission, rtol=1e-12)
         assert (a.texture is None) == (b.texture is None)
         if b.texture is not None:
-            np.testing.assert_array_equal(a.texture, b.texture)  # type: ignore[arg-type]
+            np.testing.assert_array_equal(a.texture, b.texture)
 
 
 def quad(**changes: Any) -> Mesh:
@@ -113,7 +113,7 @@ def test_other_tools_see_the_texture_the_right_way_up(tmp_path: Path) -> None:
     v = 1.0 - other.visual.uv[:, 1]  # trimesh turns glTF's v about
     np.testing.assert_array_equal(v[top], 0.0)
     assert image[0, 0, 0] == 255
-    np.testing.assert_array_equal(image, quad().materials[0].texture)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(image, quad().materials[0].texture)
 
 
 def test_corners_are_shared_where_they_agree(tmp_path: Path) -> None:

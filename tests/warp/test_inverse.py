@@ -335,7 +335,7 @@ def test_a_reference_that_sees_another_surface_inside_its_picture_gives_no_colou
     total, weight = np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32)
     _lookup.look_up(
         same_place, np.ones((height, width, 4), np.float32), reference, links, front, front, front,
-        0, 1.0, 1.0, 0.03, 0.05, True, total, weight,
+        0, 1.0, 1.0, None, 0.03, 0.05, True, total, weight,
     )  # fmt: skip
     assert not weight.any()
 

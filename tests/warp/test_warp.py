@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from itertools import product
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ from belvedere.warp import (
     RECONSTRUCTIONS,
     GaussianOptions,
     OffsetOptions,
+    PreparedView,
     SplatOptions,
     WarpOptions,
     prepare,
@@ -319,3 +323,78 @@ def test_bands_are_neither_too_large_nor_shared_out_unevenly(pixels: int, thread
     assert count == 1 or pixels / count >= 1 << 13 or count <= 2 * threads
     if pixels >= threads << 16:
         assert count % threads == 0
+
+
+# ---- warps beside and inside one another ---------------------------------------------------------
+
+
+def random_job(seed: int) -> tuple[list[ReferenceView], Camera]:
+    """Two noisy views of boards, and a camera of always the same size."""
+    rng = np.random.default_rng(seed)
+    views = [
+        ReferenceView(random_camera(rng, 80, 60), noise(rng, 60, 80), boards(rng, 60, 80)[0])
+        for _ in range(2)
+    ]
+    return views, random_camera(rng, 72, 64)
+
+
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
+def test_a_warp_that_interrupts_another_in_its_thread_changes_nothing(reconstruction: Any) -> None:
+    """As a signal handler's, a finaliser's or a profiler's would, wherever a step of it ends."""
+    (views, camera), other = random_job(7), random_job(8)
+    options = WarpOptions(reconstruction=reconstruction, explain=True)
+    alone = warp(views, camera, threads=1, options=options)
+    interrupted: set[str] = set()
+
+    def interrupt(frame: FrameType, event: str, value: Any) -> None:
+        del value
+        if event == "return" and "/belvedere/warp/" in frame.f_code.co_filename:
+            interrupted.add(frame.f_code.co_name)
+            warp(*other, threads=1, options=options)  # the profiler does not call itself
+
+    sys.setprofile(interrupt)
+    try:
+        disturbed = warp([prepare(view) for view in views], camera, threads=1, options=options)
+    finally:
+        sys.setprofile(None)
+    assert {"_paint_band", "work"} < interrupted
+    assert same(alone, disturbed)
+    assert alone.explanation is not None
+    assert disturbed.explanation is not None
+    for name in ("source", "seen_by", "hole", "error"):
+        np.testing.assert_array_equal(
+            getattr(alone.explanation, name), getattr(disturbed.explanation, name)
+        )
+
+
+@pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS)
+def test_warps_in_several_threads_at_once_do_not_disturb_one_another(reconstruction: Any) -> None:
+    jobs = [random_job(n) for n in range(6)]
+    alone = [warp(*job, threads=1, reconstruction=reconstruction) for job in jobs]
+    with ThreadPoolExecutor(3) as pool:
+        together = pool.map(
+            lambda job: warp(*job, threads=2, reconstruction=reconstruction), 4 * jobs
+        )
+        assert all(same(a, b) for a, b in zip(4 * alone, together, strict=True))
+
+
+@pytest.mark.parametrize(("threads", "together"), [(1, 0), (2, 4), (3, 3), (4, 4), (6, 0)])
+def test_as_many_references_are_prepared_at_once_as_there_are_threads(
+    threads: int, together: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (first, camera), (second, _), (third, _) = random_job(1), random_job(2), random_job(3)
+    views = [*first, *second, third[0]]
+    ready = [prepare(view) for view in views]
+    for one in ready:
+        one.find_surface(True, 2)
+    asked: list[int] = []
+    find = PreparedView.find_surface
+
+    def counted(self: PreparedView, silhouettes: bool, threads: int) -> None:
+        asked.append(id(self))
+        assert threads == 1  # which starts none of its own
+        find(self, silhouettes, threads)
+
+    monkeypatch.setattr(PreparedView, "find_surface", counted)
+    assert same(warp(views, camera, threads=threads), warp(ready, camera, threads=threads))
+    assert len(set(asked)) == len(asked) == together

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+from numba import njit, types
 from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -26,9 +26,16 @@ Real = Any
 
 SETTINGS: dict[str, Any] = {
     "cache": True,
+    "no_cfunc_wrapper": True,  # for callers in C, of whom there are none
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},  # a product and a sum in one rounding; nothing else is taken lightly
+}
+STEP_SETTINGS: dict[str, Any] = {
+    **SETTINGS,
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "_nrt": False,
 }
 
 NOTICE = "belvedere: compiling kernels (first run only) ...\n"
@@ -49,23 +56,61 @@ def inner(function: Function) -> Function:
     """Compile a step of a kernel's loop into the kernel.
 
     It allocates nothing and returns no array: without Numba's runtime no reference to its arrays is
-    counted, which costs more than many a step.
+    counted, which costs more than many a step. Nor is it made callable from Python until somebody
+    calls it, as tests do, nor compiled anew for every constant: that would be half the time that
+    compiling takes.
     """
-    return njit(
-        cache=True,
-        nogil=True,
-        error_model="numpy",
-        fastmath={"contract"},
-        forceinline=True,
-        _nrt=False,
-    )(function)  # type: ignore[return-value]
+    step: Any = njit(**STEP_SETTINGS)(function)
+    if step is not function:  # it is with NUMBA_DISABLE_JIT=1
+        # what has no wrapper must never be found by a call from Python, which would end the process
+        step._insert = _forget
+        step.get_call_template = _Widened(step.get_call_template)
+        step._compile_for_args = _Bridge(step)
+    return step
+
+
+def _forget(*compiled: Any) -> None:
+    """Take no note of what was compiled."""
+
+
+class _Widened:
+    """Asks for one compilation whatever the constants that a step is called with.
+
+    Once it is part of a kernel they are constants again.
+    """
+
+    def __init__(self, find: Callable[..., Any]) -> None:
+        self._find = find
+
+    def __call__(self, args: Any, kws: Any) -> Any:
+        wide = {name: types.unliteral(kind) for name, kind in kws.items()}
+        return self._find(tuple(types.unliteral(kind) for kind in args), wide)
+
+
+class _Bridge:
+    """Gives Python a kernel to call that does nothing but a step."""
+
+    def __init__(self, step: Callable[..., Any]) -> None:
+        self._step = step
+        self._kernel: Callable[..., Any] | None = None
+
+    def __call__(self, *args: Any) -> Callable[..., Any]:
+        del args
+        if self._kernel is None:
+            step = self._step
+
+            def call(*given: Any) -> Any:
+                return step(*given)
+
+            self._kernel = njit(nogil=True, error_model="numpy")(call)
+        return self._kernel
 
 
 class _CompileNotice(event.Listener):
     """Tells a waiting person, once, that the wait is a compilation."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # what interrupts a compilation may need one itself
         self._depth = 0
         self._began = 0.0
         self._spent = 0.0

@@ -9,12 +9,24 @@ from __future__ import annotations
 
 import math
 import threading
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-_held = threading.local()
+Blocks = dict[str, npt.NDArray[np.uint8]]
+
+
+class _Held(threading.local):
+    """Each thread's blocks by name: those in use, and those that wait for the next work."""
+
+    def __init__(self) -> None:
+        self.using: Blocks = {}
+        self.spare: Blocks | None = None
+
+
+_held = _Held()
 _returned: list[npt.NDArray[np.uint8]] = []
 
 SMALLEST_LOAN = 1 << 22
@@ -26,8 +38,9 @@ LARGEST_LOAN = 1 << 28
 def scratch(name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """An array of this thread's own, with whatever it held before.
 
-    It is overwritten when the thread asks for the same name again: use it up before, and never
-    let a caller of the library see it.
+    It is overwritten when the same work asks for the same name again: use it up before, and never
+    let a caller of the library see it. Ask inside `own_memory` (all work that `run_parallel` hands
+    out is): what interrupts it then works elsewhere.
 
     Args:
         name: what it is for; each purpose has its own.
@@ -36,13 +49,39 @@ def scratch(name: str, shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDAr
 
     Memory: the largest block asked for under each name stays with the thread.
     """
-    kept: dict[str, npt.NDArray[np.uint8]] = _held.__dict__
+    kept = _held.using
     kind = np.dtype(dtype)
     size = math.prod(shape) * kind.itemsize
     block = kept.get(name)
     if block is None or block.size < size:
         block = kept[name] = np.empty(size, np.uint8)
     return block[:size].view(kind).reshape(shape)
+
+
+class own_memory:  # noqa: N801  # read as the statement it is for
+    """``with own_memory():`` - within it, `scratch` gives memory that no other live work has.
+
+    Between any two steps of Python a thread may be made to run something else: a signal handler, a
+    finaliser, a profiler's callback. Where that warps too, it finds the thread's blocks taken and
+    gets others. One set of them is kept when all is done.
+    """
+
+    __slots__ = ("_mine", "_outer")
+
+    def __enter__(self) -> None:
+        spare, _held.spare = _held.spare, None
+        self._mine: Blocks = {} if spare is None else spare
+        self._outer = _held.using
+        _held.using = self._mine
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        _held.using = self._outer
+        _held.spare = self._mine
 
 
 class _Loan:

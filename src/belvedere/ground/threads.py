@@ -16,6 +16,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from belvedere.ground.checks import check_integer
+from belvedere.ground.scratch import own_memory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -49,13 +50,14 @@ class _Job(Generic[Item, Result]):
 
     def work(self) -> None:
         """Take items until none is left; after an error the rest is left undone."""
-        for index in self._pending:
-            try:
-                if self.error is None:
-                    self.results[index] = self.function(self.items[index])
-            except BaseException as caught:  # the caller raises it, once nobody writes
-                self.error = self.error or caught
-            self._ended.append(index)
+        with own_memory():
+            for index in self._pending:
+                try:
+                    if self.error is None:
+                        self.results[index] = self.function(self.items[index])
+                except BaseException as caught:  # the caller raises it, once nobody writes
+                    self.error = self.error or caught
+                self._ended.append(index)
         if len(self._ended) == len(self.items):
             self._signal.put(None)
 
@@ -75,7 +77,8 @@ class _Helpers:
 
     def __init__(self) -> None:
         self._jobs: SimpleQueue[_Job[Any, Any] | None] = SimpleQueue()
-        self._lock, self._count = threading.Lock(), 0
+        # what interrupts a thread that holds it may offer a job of its own
+        self._lock, self._count = threading.RLock(), 0
 
     def offer(self, job: _Job[Any, Any], helpers: int) -> None:
         """Let so many threads help, as soon as they are awake."""
@@ -119,13 +122,15 @@ def run_parallel(
     """``[function(item) for item in items]`` on several threads, results in order.
 
     The calling thread takes part, so one item or one thread wakes nobody, and it waits for items
-    only, not for helpers that wake when all is done. The first exception is raised when no item is
-    worked on any more, so that no thread writes into arrays the caller has given up; items that
-    nobody had begun are then left undone.
+    only, not for helpers that wake when all is done. Each works in memory of its own (`scratch`),
+    even where it interrupts another one in the same thread. The first exception is raised when no
+    item is worked on any more, so that no thread writes into arrays the caller has given up; items
+    that nobody had begun are then left undone.
     """
     count = min(thread_count(threads), len(items))
     if count <= 1:
-        return [function(item) for item in items]
+        with own_memory():
+            return [function(item) for item in items]
     job = _Job(function, items)
     _helpers(os.getpid()).offer(job, count - 1)
     job.work()

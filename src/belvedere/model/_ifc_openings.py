@@ -95,7 +95,7 @@ def holes_of(model: Any, shapes: dict[int, Shape], report: Report) -> list[Hole]
     filled_too = {id(h) for h in plain if any(_same_place(h, o) for o in found if o is not h)}
     found = [h for h in found if id(h) not in filled_too]
     report.count(small, "opening", "openings", f"smaller than {SMALL_M} m: for pipes, left out")
-    report.count(blind, "recess", "recesses", "that do not go through their wall: no opening")
+    report.count(blind, "recess", "recesses", "not through the whole wall: no opening")
     return found
 
 
@@ -237,13 +237,13 @@ def _box_axes(shape: Shape) -> F8:
         second = np.cross(first, np.eye(3)[int(np.abs(first).argmin())])
     second = np.asarray(second - (second @ first) * first, np.float64)
     second /= np.linalg.norm(second)
-    return np.stack([first, second, np.cross(first, second)])
+    return np.stack([first, second, np.cross(first, second)]).astype(np.float64)
 
 
 def _size(frame: Frame) -> F8:
     """(2,) width and height, metres."""
     c = frame.corners
-    return np.array([np.linalg.norm(c[1] - c[0]), np.linalg.norm(c[3] - c[0])])
+    return np.array([np.linalg.norm(c[1] - c[0]), np.linalg.norm(c[3] - c[0])], np.float64)
 
 
 def _room_beside(frame: Frame, sign: float, rooms: dict[int, Room]) -> int | None:
@@ -277,7 +277,7 @@ def _completed(
             room = rooms[key]
             corners = np.concatenate(room.rings)
             middle = np.array([*corners.mean(axis=0), (room.floor + room.ceiling) / 2.0])
-            apart = np.linalg.norm(corners - center[:2], axis=1).min()
+            apart = _distance(room.rings, center[:2])
             if sign * float((middle - center) @ frame.normal) > 0.0 and (
                 apart < float(_size(frame).max()) + frame.thickness
             ):
@@ -285,3 +285,14 @@ def _completed(
                 left.remove(key)
                 break
     return sides
+
+
+def _distance(rings: tuple[F8, ...], point: F8) -> float:
+    """From a point to the nearest place of any ring, metres."""
+    best = np.inf
+    for ring in rings:
+        along = np.roll(ring, -1, axis=0) - ring
+        length = np.maximum((along**2).sum(axis=1), 1e-30)
+        share = np.clip(((point - ring) * along).sum(axis=1) / length, 0.0, 1.0)
+        best = min(best, float(np.linalg.norm(ring + share[:, None] * along - point, axis=1).min()))
+    return best

@@ -17,6 +17,9 @@ from belvedere.scene.mesh import Material
 
 CLEAR = 0.5
 """Materials less opaque than this are left out, so that windows can be looked through."""
+LINEAR_WRITERS = ("# blender", "mikedh/trimesh")
+"""Programs, by the comment they begin with, that write ``Kd`` linear; all others: sRGB."""
+_LINEAR = "#linear"
 _OPTION_WORDS = {"-blendu": 1, "-blendv": 1, "-cc": 1, "-clamp": 1, "-texres": 1,
                  "-imfchan": 1, "-bm": 1, "-boost": 1, "-type": 1, "-mm": 2, "-o": 3, "-s": 3,
                  "-t": 3}  # fmt: skip
@@ -61,7 +64,9 @@ class MaterialFiles:
         if texture is not None and not color.any():
             self._report.note(f"material {name!r}: black under its texture, taken as white")
             color = np.ones(3)
-        linear = srgb_to_linear(np.clip(color, 0.0, 1.0))
+        linear = np.clip(color, 0.0, 1.0)
+        if _LINEAR not in entry:
+            linear = srgb_to_linear(linear)
         glow = np.maximum(self._color(entry, "ke", name, (0.0, 0.0, 0.0)), 0.0)
         if "map_ke" in entry and (texture := self._texture(entry["map_ke"])) is not None:
             self._report.note("emissive textures: their mean is given off everywhere")
@@ -86,11 +91,15 @@ class MaterialFiles:
 
     def _parse(self, path: Path) -> None:
         entry: dict[str, str] = {}
-        for line in path.read_bytes().decode("utf-8-sig", errors="replace").splitlines():
+        text = path.read_bytes().decode("utf-8-sig", errors="replace")
+        linear = any(name in text[:200].lower() for name in LINEAR_WRITERS)
+        for line in text.splitlines():
             word, _, rest = line.strip().replace("\t", " ").partition(" ")
             word, rest = word.lower(), rest.strip()
             if word == "newmtl":
                 entry = self._entries.setdefault(rest, {})
+                if linear:
+                    entry[_LINEAR] = ""
             elif word and not word.startswith("#"):
                 entry[word] = rest
                 if word.startswith(("map_", "bump", "disp", "decal", "refl", "norm")) and (

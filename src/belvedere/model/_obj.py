@@ -5,7 +5,8 @@ indices from the end of the file and cuts concave polygons wrongly. Numbers are 
 runs of like lines.
 
 ``Kd`` is a color as people picked it on a screen, so it is taken as sRGB-encoded, as are the
-textures and the colors of vertices; ``Ke`` is light and taken as linear.
+textures and the colors of vertices, unless a program wrote it that is known to write it linear;
+``Ke`` is light and taken as linear.
 
 Source: Wavefront Advanced Visualizer, appendix B1 (object files) and B2 (material files).
 """
@@ -148,7 +149,7 @@ class _Reader:
         if table.shape[1] < 6:
             return points, None
         encoded = table[:, 3:6]
-        bare = ~np.isfinite(encoded).all(axis=1)
+        bare = np.asarray(~np.isfinite(encoded).all(axis=1))
         if np.nanmax(encoded, initial=0.0) > 1.0:
             encoded = encoded / 255.0
         colors = srgb_to_linear(np.clip(np.where(bare[:, None], 1.0, encoded), 0.0, 1.0))

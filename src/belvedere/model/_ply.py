@@ -17,7 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.color import srgb_to_linear
-from belvedere.ground.errors import FileFormatError, MissingDependencyError, SceneError
+from belvedere.ground.errors import (
+    BelvedereError,
+    FileFormatError,
+    MissingDependencyError,
+    SceneError,
+)
 from belvedere.model._found import Found
 from belvedere.model._polygons import triangulated
 from belvedere.model._texture_files import decode_texture
@@ -47,6 +52,9 @@ def read_ply(path: Path, report: Report) -> Found:
     log.setLevel(logging.CRITICAL)  # what it would say is said by the report
     try:
         found: dict[str, Any] = load_ply(io.BytesIO(data), fix_texture=True, skip_materials=True)
+        triangles, materials = _triangles(path, found, header, report)
+    except BelvedereError:
+        raise
     except Exception as error:  # parsers of foreign bytes raise nearly anything
         raise FileFormatError(
             f"{path}: is a truncated or broken PLY ({error or type(error).__name__}): export it "
@@ -54,7 +62,6 @@ def read_ply(path: Path, report: Report) -> Found:
         ) from error
     finally:
         log.setLevel(level)
-    triangles, materials = _triangles(path, found, header, report)
     return Found("PLY", triangles, materials, [path.stem])
 
 

@@ -16,7 +16,6 @@ F8 = npt.NDArray[np.float64]
 F4 = npt.NDArray[np.float32]
 I4 = npt.NDArray[np.int32]
 I8 = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 FLAT = 1e-9
 """A face is without area where it is this much thinner than long: float64 cannot say more."""
@@ -83,9 +82,9 @@ class Triangles:
 def cleaned(triangles: Triangles, report: Report) -> Triangles:
     """Without faces that nothing can be done with; equal vertices joined, unused ones gone."""
     faces = triangles.faces
-    finite: Mask = np.isfinite(triangles.vertices).all(axis=1)
+    finite = np.asarray(np.isfinite(triangles.vertices).all(axis=1))
     if not finite.all():
-        usable: Mask = finite[faces].all(axis=1)
+        usable = np.asarray(finite[faces].all(axis=1))
         report.count(
             int(np.count_nonzero(~finite)), "vertex", "vertices", "with NaN or infinite coordinates"
             f": {np.count_nonzero(~usable):,} faces that use them left out",

@@ -94,8 +94,8 @@ def _moving(
         if hole.kind == "door" and hole.element.id() in shapes
     }
     report.count(
-        sum(bool(m.any()) for m in found.values()), "door", "doors", "stand open: their leaves are "
-        "left out (doors=\"closed\" keeps them)",
+        sum(bool(m.any()) for m in found.values()), "door", "doors", "without leaves, so that one "
+        'sees through: doors="closed" keeps them',
     )  # fmt: skip
     return found
 

@@ -16,6 +16,7 @@ from belvedere.ground.errors import InputError
 from belvedere.scene import Scene, ViewSet
 from belvedere.scene.conventions import Conventions
 from belvedere.scene.io.detect import detect_format, find_format, read_views
+from belvedere.scene.io.json_files import read_json
 from belvedere.scene.io.pixels_out import SavedViews
 from belvedere.scene.io.save import save_views
 from belvedere.studio._judgement import ConventionReport
@@ -39,7 +40,7 @@ def open_scene(
     pixel_centers: str | None = None,
     **choices: Any,
 ) -> Scene:
-    """Open a scene: a folder of posed pictures in any format that belvedere reads.
+    """Open a scene: posed pictures in any format that belvedere reads, or a prepared building.
 
     ::
 
@@ -59,6 +60,7 @@ def open_scene(
         choices: for `DepthViews`: ``references``, ``threads``, ``reconstruction``, ``fill`` ...
 
     Returns:
+        `Walkthrough` for a folder that `prepare` made (its choices are those of `WalkOptions`);
         `DepthViews` where any picture has depth (pictures without it are left out), otherwise
         `Photographs`.
 
@@ -71,6 +73,17 @@ def open_scene(
         ConventionWarning: with ``check``, when views disagree.
     """
     check_path("open_scene", "path", path)
+    if _is_walkthrough(path):
+        from belvedere.walkthrough import WalkOptions, Walkthrough
+
+        threads = choices.pop("threads", None)
+        for name in choices:
+            if name not in WalkOptions.__dataclass_fields__:
+                raise InputError(
+                    f"open_scene: {name} is no choice of a walkthrough, expected one of "
+                    f"{', '.join(WalkOptions.__dataclass_fields__)}, threads"
+                )
+        return Walkthrough.open(path, WalkOptions(**choices), threads)
     asked = stated_conventions(
         depth_scale=depth_scale,
         depth_kind=depth_kind,
@@ -84,6 +97,14 @@ def open_scene(
         if report is not None and report.verdict == "mistake":
             warnings.warn(f"{path}: {report.line}", ConventionWarning, stacklevel=2)
     return scene_of(views, **choices)
+
+
+def _is_walkthrough(path: str | Path) -> bool:
+    """Whether a folder says that it is a prepared building."""
+    manifest = Path(path) / "belvedere.json"
+    if not manifest.is_file():
+        return False
+    return read_json(manifest).data.get("kind") == "walkthrough"
 
 
 def scene_of(views: ViewSet, **choices: Any) -> DepthViews | Photographs:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.jit import Real, inner, kernel
+from belvedere.ground.simd import add4, lane4, load4
 from belvedere.warp._edges import SMOOTH
 
 F4 = npt.NDArray[np.float32]
@@ -42,15 +43,19 @@ def halve_color(color: F4, links: U1, out: F4) -> None:
         links: (H, W) bits of `_edges`.
         out: (H // 2, W // 2), NaN where an edge is near: what is mixed there moves with the edge.
     """
-    share = np.float32(1.0 / 12.0)
+    share, width = np.float32(1.0 / 12.0), color.shape[1]
     for v in range(out.shape[0]):
+        above, below, row = links[2 * v], links[2 * v + 1], out[v]
         for u in range(out.shape[1]):
-            total, whole = ZERO, SMOOTH
-            for k in range(4):
-                y, x = 2 * v + (k >> 1), 2 * u + (k & 1)
-                total += color[y, x, 0] + color[y, x, 1] + color[y, x, 2]
-                whole &= links[y, x]
-            out[v, u] = np.sqrt(max(total * share, ZERO)) if whole else NAN
+            at = 2 * v * width + 2 * u
+            upper = add4(load4(color, at), load4(color, at + 1))
+            lower = add4(load4(color, at + width), load4(color, at + width + 1))
+            total = add4(upper, lower)
+            row[u] = lane4(total, 0) + lane4(total, 1) + lane4(total, 2)
+        for u in range(out.shape[1]):
+            left, right = np.uint64(2 * u), np.uint64(2 * u + 1)
+            whole = above[left] & above[right] & below[left] & below[right] & SMOOTH
+            row[u] = np.sqrt(max(row[u] * share, ZERO)) if whole else NAN
 
 
 @kernel

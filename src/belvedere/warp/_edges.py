@@ -125,6 +125,8 @@ def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, ou
     """
     height, width = disparity.shape
     share = np.float32(plain_step(tolerance))
+    lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(lacks.size, np.int32)
     for v in range(row_low, row_high):
         below = min(v + 1, height - 1)
         for u in range(width - 1):  # the usual case, in a loop that vectorises
@@ -133,16 +135,16 @@ def link_samples(disparity: F4, tolerance: Real, row_low: int, row_high: int, ou
             down = abs(r - p) <= share * (p if p > r else r)
             out[v, u] = np.uint8(right) * np.uint8(RIGHT) | np.uint8(down) * np.uint8(DOWN)
         out[v, width - 1] = 0
-        for u in range(width):
+        if v + 1 == height:
+            out[v].fill(0)
+        for k in range(list_lacking(out, v, RIGHT | DOWN, lacks, places)):
+            u = places[k]
             bits = out[v, u]
-            if u + 1 == width or v + 1 == height:
-                bits = np.uint8(0)
-            if bits != RIGHT | DOWN:
-                if u + 1 < width and linked(disparity, v, u, 0, 1, tolerance):
-                    bits |= np.uint8(RIGHT)
-                if v + 1 < height and linked(disparity, v, u, 1, 0, tolerance):
-                    bits |= np.uint8(DOWN)
-                out[v, u] = bits
+            if u + 1 < width and linked(disparity, v, u, 0, 1, tolerance):
+                bits |= np.uint8(RIGHT)
+            if v + 1 < height and linked(disparity, v, u, 1, 0, tolerance):
+                bits |= np.uint8(DOWN)
+            out[v, u] = bits
 
 
 @inner

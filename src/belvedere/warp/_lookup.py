@@ -253,8 +253,8 @@ def careful(
 @kernel
 def look_up(
     back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
-    row_low: int, nearness: Real, gain: Real, surface_tolerance: Real, tap_tolerance: Real,
-    first: bool, out_color: F4, out_weight: F4,
+    row_low: int, nearness: Real, gain: Real, part: F4 | None, surface_tolerance: Real,
+    tap_tolerance: Real, first: bool, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
@@ -269,6 +269,7 @@ def look_up(
         row_low: desired row of the first.
         nearness: weight of this reference.
         gain: factor of its colours.
+        part: (rows, width) share of that weight, where copies of it have the rest; None for all.
         surface_tolerance: relative difference of layer and front that are one surface.
         tap_tolerance: relative difference of samples that may be mixed.
         first: whether sums begin here, whatever the outputs hold.
@@ -314,6 +315,8 @@ def look_up(
                         continue
                     value, sees = careful(color, disparity, u, v, landed, tap, weights)
                     weight = own * EDGE_WEIGHT * sees
+                if part is not None:
+                    weight = weight * part[y, x_low + i]
                 index = begin + i
                 value = scale4(value, weight * bright)
                 store4(out_color, index, add4(load4(out_color, index), value))
@@ -323,7 +326,8 @@ def look_up(
 @kernel
 def look_up_behind(
     back: Geometry, color: F4, disparity: F4, index: I4, delta: F4, count: int, width: int,
-    row_low: int, nearness: Real, gain: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
+    row_low: int, nearness: Real, gain: Real, part: F4 | None, tap_tolerance: Real, out_color: F4,
+    out_weight: F4,
 ) -> None:  # fmt: skip
     """As `look_up`, for what is behind the nearest surface in some pixels.
 
@@ -338,6 +342,7 @@ def look_up_behind(
         row_low: desired row of pixel 0.
         nearness: weight of this reference.
         gain: factor of its colours.
+        part: (count,) share of that weight, where copies of it have the rest; None for all.
         tap_tolerance: relative difference of samples that may be mixed.
         out_color: (count, 4) sum.
         out_weight: (count,) sum.
@@ -356,6 +361,8 @@ def look_up_behind(
             continue
         value, sees = careful(color, disparity, u, v, own * scale, tap, weights)
         weight = np.float32(nearness) * sees
+        if part is not None:
+            weight = weight * part[k]
         store4(out_color, k, add4(load4(out_color, k), scale4(value, weight * bright)))
         out_weight[k] += weight
 

@@ -13,13 +13,15 @@ from belvedere.warp._edges import (
     MIXED,
     RIGHT,
     RIM,
-    SMOOTH,
-    beyond,
     list_lacking,
+    list_set,
 )
 
 F4 = npt.NDArray[np.float32]
 U1 = npt.NDArray[np.uint8]
+
+REACH = 2
+"""Samples that a rim reaches inward."""
 
 
 @inner
@@ -85,41 +87,62 @@ def mark_smooth(row_low: int, row_high: int, out: U1) -> None:
 
 
 @inner
-def undivided(links: U1, v: int, u: int) -> bool:
-    """Whether a sample is linked to all four neighbours, none of them a false one."""
+def flag_behind(
+    own: F4, other: F4, owners: U1, others: U1, bit: int, start: int, count: int, out_flags: U1
+) -> None:
+    """Flag the samples of a row whose neighbours lie behind an edge, or are missing.
+
+    Straight-line arithmetic on purpose: it vectorises.
+
+    Args:
+        own: (count,) disparities.
+        other: (count,) those of the neighbours.
+        owners: (count,) links of whichever of each two holds the bit of both.
+        others: (count,) links of the neighbours.
+        bit: RIGHT or DOWN.
+        start: place of the first sample among the flags.
+        count: how many.
+        out_flags: set where it is so, left where not.
+    """
+    for i in range(count):
+        linked = (owners[i] & bit) & ~((others[i] & MIXED) // MIXED * bit)
+        behind = np.uint8(not other[i] >= own[i])
+        out_flags[np.uint64(start + i)] |= np.uint8(behind & np.uint8(linked == 0))
+
+
+@inner
+def flag_near_sides(disparity: F4, links: U1, v: int, out_flags: U1) -> None:
+    """Flag the samples of row v next to an edge, or to nothing, that are its near side."""
     height, width = links.shape
-    if v < 1 or u < 1 or v + 1 >= height or u + 1 >= width:
-        return False
-    here, left, above = links[v, u], links[v, u - 1], links[v - 1, u]
-    mixed = (here | left | above | links[v, u + 1] | links[v + 1, u]) & MIXED
-    sides = here & (left | DOWN) & (above | RIGHT) & (RIGHT | DOWN)
-    return mixed == 0 and sides == RIGHT | DOWN
+    d, here, next_d, after = disparity[v], links[v], disparity[v, 1:], links[v, 1:]
+    out_flags.fill(0)
+    flag_behind(d, next_d, here, after, RIGHT, 0, width - 1, out_flags)
+    flag_behind(next_d, d, here, here, RIGHT, 1, width - 1, out_flags)
+    if v + 1 < height:
+        flag_behind(d, disparity[v + 1], here, links[v + 1], DOWN, 0, width, out_flags)
+    if v > 0:
+        flag_behind(d, disparity[v - 1], links[v - 1], links[v - 1], DOWN, 0, width, out_flags)
 
 
 @kernel
-def mark_rims(disparity: F4, tolerance: Real, row_low: int, row_high: int, out: U1) -> None:
-    """RIM bits of rows [row_low, row_high), after SMOOTH is known everywhere.
+def mark_rims(
+    disparity: F4, tolerance: Real, reach: int, row_low: int, row_high: int, out: U1
+) -> None:
+    """RIM bits of rows [row_low, row_high), after INTACT is known everywhere.
 
-    A rim is the near side of an edge. Its cells reach two samples inward: further in, no pixel of a
-    view of like scale meets the silhouette.
+    A rim is the near side of an edge. Its cells reach so many samples inward: from `REACH` on, no
+    pixel of a view of like scale meets the silhouette.
     """
     height, width = disparity.shape
     keep = np.float32(1.0) - np.float32(tolerance)
-    lacks = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
-    places = np.zeros(lacks.size, np.int32)
-    for v in range(max(row_low - 2, 0), min(row_high + 3, height)):
-        for k in range(list_lacking(out, v, SMOOTH, lacks, places)):
+    near = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
+    places = np.zeros(near.size, np.int32)
+    for v in range(max(row_low - reach, 0), min(row_high + reach + 1, height)):
+        flag_near_sides(disparity, out, v, near)
+        for k in range(list_set(near, places)):
             u = places[k]
-            if undivided(out, v, u):
-                continue
             own = disparity[v, u]
-            near = (
-                beyond(disparity, out, v, u, 0, 1) or beyond(disparity, out, v, u, 0, -1)
-                or beyond(disparity, out, v, u, 1, 0) or beyond(disparity, out, v, u, -1, 0)
-            )  # fmt: skip
-            if not near:
-                continue
-            for j in range(max(v - 2, row_low, 0), min(v + 2, row_high, height - 1)):
-                for i in range(max(u - 2, 0), min(u + 2, width - 1)):
+            for j in range(max(v - reach, row_low, 0), min(v + reach, row_high, height - 1)):
+                for i in range(max(u - reach, 0), min(u + reach, width - 1)):
                     if out[j, i] & INTACT and disparity[j, i] >= own * keep:
                         out[j, i] |= np.uint8(RIM)

@@ -153,13 +153,11 @@ def find_mixed(
     edged = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     places = np.zeros(edged.size, np.int32)
     for v in range(row_low, row_high):
-        above = max(v - 1, 0)
+        beside, below, above = right[v], down[v], down[max(v - 1, 0)]
         for u in range(width):
-            left = right[v, max(u - 1, 0)]  # no edge is known left of the first
-            edged[u] = np.uint8(
-                (right[v, u] != MIDDLE) | (left != MIDDLE)
-                | (down[v, u] != MIDDLE) | (down[above, u] != MIDDLE)
-            )  # fmt: skip
+            edged[u] = np.uint8((beside[u] != MIDDLE) | (below[u] != MIDDLE) | (above[u] != MIDDLE))
+        for u in range(width - 1):
+            edged[u + 1] |= np.uint8(beside[u] != MIDDLE)
         for m in range(list_set(edged, places)):
             u = places[m]
             upright = is_strand(disparity, links, v, u, 0, 1)

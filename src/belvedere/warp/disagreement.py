@@ -41,6 +41,16 @@ POINTS = 2000
 """Pixels that are compared in one round, about."""
 AGREE_SIZE = 4
 """Samples along the side of a pixel after whose rounds a small shift is called none."""
+GLANCE_SIZE = 2
+"""Samples along the side of a pixel of the images that a pair is first glanced at on."""
+GLANCE_PX = 0.3
+"""Root mean square of the shift that a glance finds, samples, up to which no more is asked. Between
+exact pictures of two built-in houses (18 pairs) up to 0.27 is found in the mean of both ways; from
+shifts of a sample on, at least 0.4."""
+GLANCE_ALIKE = 0.985
+"""Correlation of brightness that it then needs before anything is shifted: a glance sees no shift
+that is longer than the texture is wide. Exact pictures have 0.992, those shifted by 4 samples up to
+0.978."""
 ENOUGH = 100
 """Pixels below which nothing is concluded."""
 SAME_SURFACE = 0.03
@@ -103,13 +113,24 @@ def measure(
     """How the second of each pair shows the surfaces that the first sees, and the other way round.
 
     All are planar and have their `PreparedView.brightness`. The two of a pair are judged together,
-    so that both move or neither. A pair takes 2 to 4 ms, whatever the size of the pictures.
+    so that both move or neither. A pair takes half a millisecond where the two agree and 3 where
+    they do not, whatever the size of the pictures.
     """
     found = [(_Comparison(a, b), _Comparison(b, a)) for a, b in pairs]
-    run_parallel(_Comparison.begin, [one for both in found for one in both], threads)
-    amiss = [both for both in found if _may_be_amiss(both)]
+    run_parallel(_Comparison.glance, [one for both in found for one in both], threads)
+    doubtful = [both for both in found if not _agree_at_a_glance(both)]
+    run_parallel(_Comparison.begin, [one for both in doubtful for one in both], threads)
+    amiss = [both for both in doubtful if _may_be_amiss(both)]
     run_parallel(_Comparison.finish, [one for both in amiss for one in both], threads)
     return [_judged(both) for both in found]
+
+
+def _agree_at_a_glance(both: Sequence[_Comparison]) -> bool:
+    return (
+        _may_be_compared(both)
+        and all(one.unmoved_correlation >= GLANCE_ALIKE for one in both)
+        and sum(one.shift_px for one in both) <= 2 * GLANCE_PX
+    )
 
 
 def _may_be_amiss(both: Sequence[_Comparison]) -> bool:
@@ -162,18 +183,31 @@ class _Comparison:
         self._frame = np.array(
             [(width - 1) / 2, (height - 1) / 2, 2 / max(width, height), 1 / typical], np.float32
         )
+        self._sums = np.zeros(0)
+        self._texture = np.zeros((0, 2))
+        self.unmoved_correlation = 0.0
+        """Of the brightness in both, before anything is shifted."""
+        self.saved = -math.inf
+        """Share of the squared differences that the shift takes away, on the finest images."""
+        self._forget_guess()
+
+    def _forget_guess(self) -> None:
         self._guess = np.zeros(UNKNOWNS)
         self._guess[PLACES] = 1.0
         self._limit = math.inf
-        self._sums = np.zeros(0)
-        self._texture = np.zeros((0, 2))
         self.sound = True
         """Whether the images tell anything."""
-        self.saved = -math.inf
-        """Share of the squared differences that the shift takes away, on the finest images."""
+
+    def glance(self) -> None:
+        """Mend the guess once on fine images: enough to see that nothing is amiss."""
+        self.sound = self.improve(GLANCE_SIZE)
+        if self.sound:
+            self.unmoved_correlation = self.correlation
+            self.sound = self.improve(GLANCE_SIZE)
 
     def begin(self) -> None:
         """Mend the guess on the coarser images, after which a small shift is called none."""
+        self._forget_guess()
         for size, rounds in ROUNDS:
             if size >= AGREE_SIZE:
                 self.sound = self.sound and all(self.improve(size) for _ in range(rounds))
@@ -213,14 +247,19 @@ class _Comparison:
         return math.sqrt(self._sums[SHIFTED] / self._sums[COUNT])
 
     @property
-    def alike(self) -> bool:
-        """Whether both showed the same texture when the guess was last improved."""
+    def correlation(self) -> float:
+        """Of the brightness in both when the guess was last improved; 0 without texture."""
         weight, own, found, own_own, found_found, own_found = self._sums[
             [WEIGHT, OWN, FOUND, OWN_OWN, FOUND_FOUND, OWN_FOUND]
         ]
         spread = (weight * own_own - own * own) * (weight * found_found - found * found)
         together = weight * own_found - own * found
-        return bool(spread > 0 and together >= ALIKE * math.sqrt(spread))
+        return float(together / math.sqrt(spread)) if spread > 0 else 0.0
+
+    @property
+    def alike(self) -> bool:
+        """Whether both showed the same texture when the guess was last improved."""
+        return self.correlation >= ALIKE
 
     @property
     def textured(self) -> float:

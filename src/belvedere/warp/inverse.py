@@ -173,17 +173,77 @@ def _color(
     below_weight.fill(0.0)
     for n, passage in enumerate(passages):
         back, clean, own = passage.back, passage.silhouettes.color, passage.disparity
-        share = weights[n], passage.gain
+        share, layer = (weights[n], passage.gain), (layers.centers[n, core], layers.edges[n, core])
+        tolerance = passage.options.surface_tolerance
+        asked = _ask_copies(passage, None, front, width, rows[0])
         _lookup.look_up(
-            *(back, clean, own, passage.links, layers.centers[n, core], layers.edges[n, core]),
-            *(front, rows[0], *share, passage.options.surface_tolerance, EDGE_TOLERANCE),
-            *(n == 0, total, total_weight),
+            *(back, clean, own, passage.links, *layer, front, rows[0], *share, asked.part),
+            *(tolerance, EDGE_TOLERANCE, n == 0, total, total_weight),
         )
+        if passage.copies:
+            sees = np.maximum(*layer) >= front * np.float32(1.0 - tolerance)
+            asked.look_up(*share, sees.view(np.uint8), total, total_weight)
+        index, behind = shown.index[:partial], shown.behind[:partial]
+        asked = _ask_copies(passage, index, behind, width, low)
         _lookup.look_up_behind(
-            *(back, clean, own, shown.index, shown.behind, partial, width, low),
-            *(*share, EDGE_TOLERANCE, below, below_weight),
+            *(back, clean, own, index, behind, partial, width, low, *share, asked.part),
+            *(EDGE_TOLERANCE, below, below_weight),
         )
+        asked.look_up(*share, None, below, below_weight)
     _lookup.finish_rows(
         *(total, total_weight, front, shown.alpha, shown.index, shown.behind, partial),
         *(core.start, below, below_weight, LINEAR_TO_SRGB8, color, disparity, coverage),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """Pixels, and which copies of a reference tell what they show; see `_shrink.find_levels`."""
+
+    passage: Passage
+    index: npt.NDArray[np.int32] | None
+    delta: F4
+    width: int
+    low: int
+    levels: npt.NDArray[np.uint8]
+    part: F4 | None
+    """None where the desired view does not shrink the reference: no copy is asked."""
+
+    def look_up(
+        self,
+        weight: float,
+        gain: float,
+        sees: npt.NDArray[np.uint8] | None,
+        color: F4,
+        total_weight: F4,
+    ) -> None:
+        """Add what the copies tell of them; ``sees`` as in `_shrink.look_up_copy`."""
+        from belvedere.warp import _shrink
+
+        if self.part is None:
+            return
+        own, flat = self.passage, sees if sees is None else sees.reshape(-1)
+        for level, copy in enumerate(own.copies):
+            _shrink.look_up_copy(
+                *(own.back, *copy, level, own.disparity, own.links, self.index, self.delta, flat),
+                *(self.levels, self.part.reshape(-1), self.width, self.low, weight, gain),
+                *(EDGE_TOLERANCE, color.reshape(-1, 4), total_weight.reshape(-1)),
+            )
+
+
+def _ask_copies(
+    passage: Passage, index: npt.NDArray[np.int32] | None, delta: F4, width: int, low: int
+) -> _Asked:
+    """Which copies to ask; index (n,) and delta, of n pixels, as in `_shrink.find_levels`."""
+    from belvedere.warp import _shrink
+
+    levels, part, flat = np.empty(0, np.uint8), None, delta.reshape(-1)
+    if passage.copies:
+        purpose = "front" if index is None else "behind"
+        levels = scratch(f"inverse {purpose} levels", flat.shape, np.uint8)
+        part = scratch(f"inverse {purpose} part", delta.shape, np.float32)
+        _shrink.find_levels(
+            *(passage.back, index, flat, width, low, len(passage.copies)),
+            *(levels, part.reshape(-1)),
+        )
+    return _Asked(passage, index, flat, width, low, levels, part)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,14 @@ BRIDGE_PASSES = 2
 """The first closes seams, the second what is left where two seams cross."""
 
 
+Copy = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
+"""(h, w, 4) linear colour and (h, w) disparity of a smaller copy of a view."""
+LARGEST_SHRINK = 32.0
+"""Samples along the side of a pixel of the desired view up to which rims are wide enough for it."""
+SMALLEST_COPY = 4
+"""Samples along the shorter side of a copy at least."""
+
+
 @dataclass(eq=False)
 class PreparedView:
     """A reference view with its tile bounds, edges and linear colour.
@@ -40,8 +49,8 @@ class PreparedView:
     holds the view's pixels as they were: prepare again after changing them.
 
     Memory: 4 bytes a sample for what `point` and `splat` scatter; for the others 5 for surfaces and
-    edges, 16 for linear colour, and 1.3 to compare references. Each only once a reconstruction
-    that needs it was used.
+    edges, 16 for linear colour, 1.3 to compare references, and 7 for copies to shrink and 1 for
+    each power of two by which it is shrunk. Each only once a reconstruction that needs it was used.
     """
 
     view: ReferenceView
@@ -60,6 +69,10 @@ class PreparedView:
     _linear: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     _carried: npt.NDArray[np.uint32] | None = field(default=None, repr=False)
     _silhouettes: Silhouettes | None = field(default=None, repr=False)
+    _copies: tuple[Copy, ...] = field(default=(), init=False, repr=False)
+    _wide_links: dict[int, npt.NDArray[np.uint8]] = field(
+        default_factory=dict, init=False, repr=False
+    )
     _brightness: dict[int, npt.NDArray[np.float32]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -137,13 +150,35 @@ class PreparedView:
             run_parallel(mark, bands, threads)
             run_parallel(lambda band: _marks.mark_intact(*band, out), bands, threads)
             run_parallel(lambda band: _marks.mark_smooth(*band, out), bands, threads)
-            run_parallel(
-                lambda band: _marks.mark_rims(disparity, self.edge_tolerance, *band, out),
-                bands,
-                threads,
-            )
+            self._mark_rims(out, _marks.REACH, threads)
             self._links = out
         return self._links
+
+    def _mark_rims(self, links: npt.NDArray[np.uint8], reach: int, threads: int | None) -> None:
+        from belvedere.warp import _marks
+
+        disparity = self.surface(threads)
+        run_parallel(
+            lambda band: _marks.mark_rims(disparity, self.edge_tolerance, reach, *band, links),
+            row_bands(disparity.shape[0], thread_count(threads)),
+            threads,
+        )
+
+    def wide_links(self, shrink: float, threads: int | None = None) -> npt.NDArray[np.uint8]:
+        """`links` whose rims are as wide as pixels of a view that shrinks this one need.
+
+        Args:
+            shrink: samples along the side of such a pixel, at least 1.
+            threads: how many to use.
+        """
+        from belvedere.warp import _marks
+
+        reach = _marks.REACH << math.ceil(math.log2(min(shrink, LARGEST_SHRINK)))
+        if reach not in self._wide_links:
+            links = self.links(threads).copy()
+            self._mark_rims(links, reach, threads)
+            self._wide_links[reach] = links
+        return self._wide_links[reach]
 
     def surface_range(
         self, threads: int | None = None
@@ -199,6 +234,40 @@ class PreparedView:
                 linear, self.surface(threads), self.links(threads), threads
             )
         return self._silhouettes
+
+    def copies(self, threads: int | None = None) -> tuple[Copy, ...]:
+        """The view, and copies of it, each half of the one before; see `_shrink`.
+
+        None at all of a view that is smaller than `SMALLEST_COPY`.
+        """
+        if not self._copies:
+            from belvedere.warp import _shrink
+
+            copies = [(self.silhouettes(threads).color, self.surface(threads))]
+            while min(copies[-1][1].shape) >= 2 * SMALLEST_COPY:
+                color, disparity = copies[-1]
+                height, width = (-(-side // 2) for side in disparity.shape)
+                half = np.empty((height, width, 4), np.float32)
+                depth = np.empty((height, width), np.float32)
+                _shrink.halve_surfaces(
+                    color, disparity, self.edge_tolerance * len(copies), half, depth
+                )
+                copies.append((half, depth))
+            self._copies = tuple(copies) if min(copies[0][1].shape) >= SMALLEST_COPY else ()
+        return self._copies
+
+    def has_surface(self, silhouettes: bool) -> bool:
+        """Whether `find_surface` has nothing left to do."""
+        return self._surface_range is not None and not (silhouettes and self._silhouettes is None)
+
+    def find_surface(self, silhouettes: bool, threads: int | None = None) -> None:
+        """Do what reconstructors that join samples need, and with silhouettes what `inverse` does.
+
+        That is all but what it takes to compare references.
+        """
+        self.surface_range(threads)
+        if silhouettes:
+            self.silhouettes(threads)
 
     def brightness(self, threads: int | None = None) -> dict[int, npt.NDArray[np.float32]]:
         """Roots of mean radiance of 2 x 2, 4 x 4 and 8 x 8 samples, by the side of the square.

@@ -18,7 +18,7 @@ from belvedere.ground.checks import check_choice, check_integer, check_number
 from belvedere.ground.errors import InputError
 from belvedere.ground.scratch import scratch
 from belvedere.warp.features import FEATURE_FILTERS, FeatureFilter
-from belvedere.warp.prepare import PreparedView
+from belvedere.warp.prepare import Copy, PreparedView
 from belvedere.warp.silhouettes import Silhouettes
 
 F4 = npt.NDArray[np.float32]
@@ -213,6 +213,8 @@ class Passage:
     """(n, RUN) tiles that stand side by side, for who scatters; see `_tiles.list_runs`."""
     gain: float = field(default=1.0, kw_only=True)
     """Factor of its linear colours, so that references are exposed alike."""
+    copies: tuple[Copy, ...] = field(default=(), kw_only=True)
+    """The reference and smaller copies of it, if the desired view shrinks it."""
 
     @property
     def silhouettes(self) -> Silhouettes:

@@ -30,7 +30,7 @@ from belvedere.warp.panoramas import (
     reconstructor_of,
     refuse_for_panoramas,
 )
-from belvedere.warp.prepare import PreparedView, prepare
+from belvedere.warp.prepare import Copy, PreparedView, prepare
 from belvedere.warp.reconcile import UNCHANGED, Correction, corrections
 from belvedere.warp.reconstruct import RECONSTRUCTORS, Passage, WarpOptions
 
@@ -103,7 +103,7 @@ def warp(
     pixel sees, references check one another, colours are looked up backwards, and at silhouettes
     coverage is the share of the pixel that is known. Planar references of a capture whose poses or
     exposures are not exact it brings to their mean first (``reconcile``; compared once, which takes
-    2 to 4 ms for each pair, and remembered by prepared views). It, ``offset`` and
+    a millisecond or three for each pair, and remembered by prepared views). It, ``offset`` and
     ``gaussian`` compare disparities whatever ``visibility`` says.
 
     Seen from behind, ``gaussian``, ``mesh`` and ``inverse`` show nothing; the others show samples,
@@ -161,6 +161,8 @@ def warp_prepared(
     if chosen.explain:
         check_planar("explain=True asks references", desired, cameras)
     shown = None if shares is None else [shares[n] for n in order]
+    if RECONSTRUCTORS[chosen.reconstruction].joins:
+        _prepare_together(prepared, chosen, threads)
     mended = [UNCHANGED] * len(prepared)
     if chosen.reconcile and chosen.reconstruction == "inverse" and isinstance(desired, Camera):
         mended = corrections(prepared, shown, threads)
@@ -216,6 +218,26 @@ def warp_prepared(
         )
         frame = replace(frame, explanation=explanation)
     return frame
+
+
+def _prepare_together(
+    views: Sequence[PreparedView], options: WarpOptions, threads: int | None
+) -> None:
+    """Prepare as many references at a time as there are threads, each of them in one.
+
+    That wakes threads once, not for every step. Those that are left over are prepared when they are
+    needed, by all threads.
+    """
+    count = thread_count(threads)
+    ends = RECONSTRUCTORS[options.reconstruction].together
+    waiting = [
+        one
+        for one in dict.fromkeys(views)
+        if isinstance(one.camera, Camera) and not one.has_surface(ends)
+    ]
+    if 1 < count <= len(waiting):
+        whole = len(waiting) - len(waiting) % count
+        run_parallel(lambda one: one.find_surface(ends, 1), waiting[:whole], threads)
 
 
 def frame_bytes(reference: PreparedView, desired: CameraModel) -> int:
@@ -389,18 +411,27 @@ def _passage(
     if looks_back:
         back = correction.backward(warp_matrix(desired, prepared.camera))
     tiles = tiles[:count]
+    copies: tuple[Copy, ...] = ()
+    links = prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8)
+    if reconstructor.together:
+        from belvedere.warp import _shrink
+
+        shrink = _shrink.largest_shrink(matrix, tiles, low, high, desired.width, desired.height)
+        if shrink > _shrink.BEGIN:
+            copies, links = prepared.copies(threads), prepared.wide_links(shrink, threads)
     return Passage(
         matrix,
         tiles,
         options,
         prepared.color if reconstructor.paint is None else prepared.linear(threads),
         prepared.surface(threads) if reconstructor.joins else prepared.disparity,
-        prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8),
+        links,
         desired.height,
         back.astype(np.float32).ravel(),
         prepared,
         runs_of(tiles) if reconstructor.scatters else tiles[:0],
         gain=correction.gain,
+        copies=copies,
     )
 
 

@@ -1,0 +1,173 @@
+"""From a building model to a scene that can be walked through."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("distributed", reason="needs dask (pip install 'belvedere[cluster]')")
+
+from belvedere.ground.errors import MissingFileError, OutputError, SceneError
+from belvedere.model import Building, Room, write_glb
+from belvedere.scene import Scene
+from belvedere.scene.io import read_views
+from belvedere.studio.scenes import open_scene
+from belvedere.studio.walkthrough import cameras_of, frames_along, walk
+from belvedere.walkthrough import (
+    PlacementOptions,
+    PrepareOptions,
+    WalkOptions,
+    Walkthrough,
+    prepare,
+)
+from belvedere.walkthrough.prepare import estimate
+
+QUICK = PrepareOptions(rays=4, references=PlacementOptions(count=2, texels=32))
+
+
+def digest_of(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def flat(tmp_path_factory) -> Path:
+    target = tmp_path_factory.mktemp("prepared") / "flat"
+    prepare("built-in:flat", target, options=QUICK, workers=2)
+    return target
+
+
+def test_the_folder_holds_what_it_says(flat: Path) -> None:
+    manifest = json.loads((flat / "belvedere.json").read_text())
+    assert (manifest["kind"], manifest["version"]) == ("walkthrough", 1)
+    counts = manifest["counts"]
+    assert counts["cells"] == 2
+    assert counts["references"] == sum(
+        len(read_views(side)) for side in (flat / "references").iterdir()
+    )
+    names = {path.name for path in flat.iterdir()}
+    assert {"cells.json", "model.glb", "model.lit", "path.json", "plan.png", "plan.svg"} <= names
+    assert not [path for path in flat.rglob("*") if "partial" in path.name]
+
+
+def test_it_is_a_scene(flat: Path) -> None:
+    scene = open_scene(flat)
+    assert isinstance(scene, Walkthrough)
+    assert isinstance(scene, Scene)
+    assert scene.affords.geometry == "global"
+    frame = scene.render(scene.home.resized(64, 48))
+    assert frame.hole_fraction == 0.0
+    assert scene.viewing_region.contains(scene.home.center)
+
+
+def test_a_preparation_that_was_interrupted_ends_with_the_same_bytes(flat, tmp_path) -> None:
+    target = tmp_path / "flat"
+    stopped = []
+
+    def stop(done: int, total: int, what: str) -> None:
+        if what == "taking references" and done == 1 and not stopped:
+            stopped.append(total)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        prepare("built-in:flat", target, options=QUICK, workers=1, progress=stop)
+    assert stopped
+    assert not target.exists()
+    prepare("built-in:flat", target, options=QUICK, workers=1)
+    assert digest_of(target) == digest_of(flat)
+
+
+def test_what_is_there_is_not_overwritten(flat: Path) -> None:
+    before = digest_of(flat)
+    with pytest.raises(OutputError, match="--force"):
+        prepare("built-in:flat", flat, options=QUICK)
+    assert digest_of(flat) == before
+
+
+def test_an_estimate_writes_nothing_and_counts_right(flat: Path, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    guess = estimate("built-in:flat", QUICK)
+    counts = json.loads((flat / "belvedere.json").read_text())["counts"]
+    assert (guess.cells, guess.portals) == (counts["cells"], counts["portals"])
+    assert guess.references >= counts["references"]
+    assert guess.minutes > 0.0
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_model_of_ones_own_is_prepared(interior_mesh, tmp_path) -> None:
+    """A GLB that states nothing: its rooms are found, light and a walk are made."""
+    model = tmp_path / "mine.glb"
+    write_glb(model, interior_mesh)
+    made = prepare(model, tmp_path / "scene", options=QUICK)
+    assert len(made.cells) >= 3
+    assert made.doors >= 3
+    scene = Walkthrough.open(tmp_path / "scene")
+    assert scene.path is not None
+    cameras = frames_along(scene.path, 3, (64, 48))
+    assert walk(scene, cameras).frames[0].cells >= 1
+
+
+def test_walking_measures_every_frame(flat: Path) -> None:
+    scene = Walkthrough.open(flat)
+    cameras = cameras_of(scene, "recorded", 6, (96, 72))
+    result = walk(scene, cameras, WalkOptions(mode="two"), compare=True)
+    found = result.as_dict()
+    assert found["frames"] == 6
+    assert found["psnr"] > 25.0
+    assert found["ssim"] > 0.8
+    assert found["speedup_overall"] > 0.0
+    assert len(result.lines()) == 3
+    plain = walk(scene, cameras, WalkOptions(mode="culling")).as_dict()
+    assert plain["psnr"] is None
+    assert plain["holes_mean_percent"] == 0.0
+
+
+def test_a_random_walk_stays_inside(flat: Path) -> None:
+    scene = Walkthrough.open(flat)
+    eyes = np.array([camera.center for camera in cameras_of(scene, "random", 20, (32, 24), 5)])
+    low, high = scene.viewing_region.low, scene.viewing_region.high
+    assert ((eyes > low - 0.5) & (eyes < high + 0.5)).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda f: (f / "cells.json").unlink(), "cells.json"),
+        (lambda f: (f / "model.lit").write_bytes(b"BELVLIT1"), "model.lit"),
+        (lambda f: (f / "belvedere.json").write_text('{"kind": "walkthrough"}'), "version"),
+        (lambda f: (f / "belvedere.json").write_text('{"kind": "walkthrough", "version": 99}'),
+         "update belvedere"),
+        (lambda f: (f / "belvedere.json").write_text('{"kind": "views"}'), "kind 'views'"),
+    ],
+)  # fmt: skip
+def test_a_spoilt_folder_says_what_is_wrong(flat: Path, tmp_path, change, says: str) -> None:
+    spoilt = tmp_path / "spoilt"
+    shutil.copytree(flat, spoilt)
+    change(spoilt)
+    with pytest.raises((SceneError, MissingFileError), match=says):
+        Walkthrough.open(spoilt)
+
+
+def test_models_of_no_use_are_refused(tmp_path, interior_mesh) -> None:
+    with pytest.raises(MissingFileError, match="no such file"):
+        prepare(tmp_path / "nothing.glb", tmp_path / "scene")
+    with pytest.raises(ValueError, match="castle"):
+        prepare("built-in:castle", tmp_path / "scene")
+    model = tmp_path / "mine.glb"
+    write_glb(model, interior_mesh)
+    with pytest.raises(SceneError, match="states no rooms"):
+        prepare(model, tmp_path / "other", options=PrepareOptions(cells="stated", rays=4))
+    far = Building((Room("far", (np.array([[90, 90], [95, 90], [95, 95.0]]),), 0.0, 2.5),))
+    model = tmp_path / "far.glb"
+    write_glb(model, interior_mesh, far)
+    with pytest.raises(SceneError):
+        prepare(model, tmp_path / "third", options=PrepareOptions(rays=4))
+    assert not (tmp_path / "scene").exists()

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from belvedere.ground.errors import CameraError, InputError
-from belvedere.model import LitModel, Rasterizer, photograph
+from belvedere.model import LitModel, Rasterizer, _draw_plan, _raster, photograph
 from belvedere.model.charts import Builder
 from belvedere.model.lattice import Lattice
 from belvedere.model.light import LightMap
@@ -172,3 +172,75 @@ def test_what_it_cannot_draw_is_refused(house) -> None:
         rasterizer.prepare([10**7])
     with pytest.raises(InputError, match="indices"):
         rasterizer.prepare([0.5])
+
+
+def test_of_two_faces_in_one_place_the_first_is_seen_however_the_camera_stands() -> None:
+    wall = np.array([[[4, -2, -2], [4, 2, -2], [4, 2, 2], [4, -2, 2]]], float)
+    rasterizer = Rasterizer(evenly_lit(np.concatenate([wall, wall, wall])))
+    parts = [rasterizer.prepare([k, k + 1]) for k in (4, 0, 2)]
+    for eye in ((0, 0, 0), (1.5, 0.7, -0.3), (0, -1.9, 1.0)):
+        camera = Camera.look_at(eye, (4, 0, 0), fov_deg=60, width=64, height=48)
+        for lists in (None, [(part, None) for part in parts]):
+            _, _, face = rasterizer.draw(camera, lists)
+            assert set(np.unique(face)) <= {-1, 0, 1}
+
+
+def test_what_a_wall_hides_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clusters and small triangles that nearer tiles hide are left out: the picture stays."""
+    rng = np.random.default_rng(3)
+    small = rng.uniform((2, -2, -2), (9, 2, 2), (3000, 1, 3)) + rng.normal(0, 0.03, (3000, 4, 3))
+    small[:, 3] = small[:, 0] + small[:, 2] - small[:, 1]
+    wall = np.array([[[4, -1, -3], [4, 3, -3], [4, 3, 3], [4, -1, 3]]], float)
+    rasterizer = Rasterizer(evenly_lit(np.concatenate([small, wall])))
+    camera = Camera.look_at((0, 0, 0), (4, 0.2, 0), fov_deg=50, width=150, height=97)
+    whole = rasterizer.draw(camera)
+    seen = []
+    kernel = _raster.set_up
+    monkeypatch.setattr(_draw_plan, "FEW", 0)
+    monkeypatch.setattr(_draw_plan, "FIRST_BATCH", 300)
+
+    def count(*args) -> None:
+        kernel(*args)
+        seen.append(int(args[15][args[0]].sum()))
+
+    monkeypatch.setattr(_raster, "set_up", count)
+    for threads in (1, 3):
+        rasterizer.threads = threads
+        for a, b in zip(whole, rasterizer.draw(camera), strict=True):
+            np.testing.assert_array_equal(a, b)
+    assert sum(seen) < 0.8 * 2 * len(rasterizer.model.mesh.faces)
+
+
+def test_the_sky_is_that_of_photographs() -> None:
+    model = evenly_lit(box_corners((-2, -2, -9), (2, 2, -8)))
+    for turn in np.linspace(0.0, 6.0, 7):
+        target = (np.cos(turn), np.sin(turn), 0.15)
+        camera = Camera.look_at((0, 0, 0), target, fov_deg=70, width=163, height=90)
+        color, _, face = Rasterizer(model).draw(camera)
+        assert (face == -1).all()
+        truth = photograph(model, camera, 1).color
+        assert (np.abs(color.astype(int) - truth) > 1).mean() < 2e-3
+
+
+def test_a_frame_is_the_callers_own(house) -> None:
+    rasterizer = Rasterizer(house)
+    first = rasterizer.draw(Camera.look_at(*CAMERAS[0][:2], width=640, height=640))
+    kept = [each.copy() for each in first]
+    rasterizer.draw(Camera.look_at(*CAMERAS[1][:2], width=640, height=640))
+    for a, b in zip(first, kept, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_colors_of_corners_multiply_the_base_color(house) -> None:
+    colors = 0.7 + 0.6 * np.sin(7.0 * house.mesh.vertices[house.mesh.faces])
+    tinted = LitModel(replace(house.mesh, colors=colors), house.charts, house.light)
+    camera = Camera.look_at(*CAMERAS[0][:2], fov_deg=60, width=200, height=150)
+    truth, plain = photograph(tinted, camera, 1), photograph(house, camera, 1)
+    color, disparity, _ = Rasterizer(tinted).draw(camera)
+    agree = np.abs(disparity - truth.disparity) <= 1e-5 * truth.disparity
+    assert psnr(color, truth.color, agree) > 50.0
+    assert psnr(plain.color, truth.color) < 25.0
+    # one color for all is the base color's factor
+    even = LitModel(replace(house.mesh, colors=np.ones_like(colors)), house.charts, house.light)
+    np.testing.assert_array_equal(photograph(even, camera, 2).color,
+                                  photograph(house, camera, 2).color)  # fmt: skip

@@ -40,7 +40,8 @@ def _operate(symbol: Any, name: str) -> None:
     class _Operator(ConcreteTemplate):
         cases = [signature(_EIGHT, *pair) for pair in pairs]  # noqa: RUF012
 
-    infer_global(symbol)(_Operator)
+    typed: Any = infer_global(symbol)
+    typed(_Operator)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         a, b = (

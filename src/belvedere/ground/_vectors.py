@@ -185,6 +185,17 @@ def min4(typing: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def floor4(typing: Any, a: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        function = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(_NARROW, [_NARROW]), "llvm.floor.v4f32"
+        )
+        return builder.call(function, args)
+
+    return _FOUR(a), generate
+
+
+@intrinsic
 def cubic4(typing: Any, f: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         every = _every(context, builder, args[0], f, _NARROW)

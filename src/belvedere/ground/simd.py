@@ -96,6 +96,11 @@ def min4(a: Four, b: Four) -> Four:
     return np.where(a < b, a, b)
 
 
+def floor4(a: Four) -> Four:
+    """The whole number below each."""
+    return np.floor(a)
+
+
 def load16(array: F4, index: Real) -> Sixteen:
     """Four fours in a row, from the ``index``-th four of a C-contiguous array on."""
     return array.reshape(-1)[4 * index : 4 * index + 16].copy()
@@ -203,6 +208,7 @@ _compiled(scale4, lambda a, factor: lambda a, factor: ops.scale(a, factor))
 _compiled(mul4, lambda a, b: lambda a, b: ops.mul(a, b))
 _compiled(max4, lambda a, b: lambda a, b: ops.max4(a, b))
 _compiled(min4, lambda a, b: lambda a, b: ops.min4(a, b))
+_compiled(floor4, lambda a: lambda a: ops.floor4(a))
 _compiled(cubic4, lambda f: lambda f: ops.cubic4(f))
 _compiled(sum4, lambda a: lambda a: ops.sum4(a))
 _compiled(

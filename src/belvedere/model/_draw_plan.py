@@ -21,6 +21,8 @@ I8 = npt.NDArray[np.int64]
 
 FIRST_BATCH, LAST_BATCH = 1 << 15, 1 << 18
 """Triangles that are drawn before it is asked what they hide; each batch is twice the last."""
+FEW = 1 << 16
+"""Triangles of which it is not asked."""
 
 
 class DrawPlan:
@@ -55,16 +57,20 @@ class DrawPlan:
         """(P,) number in its list."""
         self.count = np.zeros(len(order), dtype=np.int64)
         """(P,) records of each cluster, once they are set up."""
+        self._faces = count[order]
         self._most = count[order] * np.where(cut[order], _raster.MOST_PIECES, 1)
 
     def batches(self) -> list[tuple[int, int]]:
         """First cluster and the one after the last of what is drawn together; one at least."""
-        ends, most, size = [0], np.cumsum(self._most), FIRST_BATCH
-        while ends[-1] < len(most):
-            done = most[ends[-1] - 1] if ends[-1] else 0
-            ends.append(max(int(np.searchsorted(most, done + size, side="right")), ends[-1] + 1))
+        total = np.cumsum(self._faces)
+        if not len(total) or total[-1] <= FEW:
+            return [(0, len(total))]
+        ends, size = [0], FIRST_BATCH
+        while ends[-1] < len(total):
+            done = total[ends[-1] - 1] if ends[-1] else 0
+            ends.append(max(int(np.searchsorted(total, done + size, side="right")), ends[-1] + 1))
             size = min(2 * size, LAST_BATCH)
-        return list(pairwise(ends)) or [(0, 0)]
+        return list(pairwise(ends))
 
     def make_room(self, first: int, last: int) -> tuple[I8, I4]:
         """(P,) where the records of a batch's clusters begin, and memory for the records."""

@@ -25,6 +25,8 @@ class DrawTables:
     """(M, 4, 4) slopes of chart and texture coordinates."""
     record: I4
     """(M, 8) where each face's light is, its material, and the bits of its texel density."""
+    tints: F4
+    """(M, 4, 4) slopes of the corners' own colors; (0, 4, 4) if there are none."""
     base: F4
     """(T, 4) base colors."""
     emission: F4
@@ -61,6 +63,12 @@ class DrawTables:
             record[:, column + 1 : column + 3] = lattice.shape[charts.of_face]
         record[:, kernels.MATERIAL] = mesh.material_index
         record[:, kernels.DENSITY] = look.density.view(np.int32)
+        tints = np.empty((len(look.colors), 4, 4), dtype=np.float32)
+        if len(tints):
+            red_green, blue = look.colors[..., :2], look.colors[..., 2:].repeat(2, axis=2)
+            kernels.face_tables(
+                mesh.vertices, mesh.faces, origin, blue, red_green, np.empty_like(plane), tints
+            )
         depth = look.levels.shape[1]
         # the cell of a lattice's last column or row is read whole, its far side with no weight
         more = [
@@ -69,7 +77,7 @@ class DrawTables:
         soft = np.zeros((len(light.soft) + more[0], 4), dtype=np.float32)
         soft[: len(light.soft), :3] = light.soft
         return cls(
-            plane, maps, record, _with_fourth(look.base), _with_fourth(look.emission),
+            plane, maps, record, tints, _with_fourth(look.base), _with_fourth(look.emission),
             np.where(look.texture_of < 0, -1, look.texture_of * depth).astype(np.int32),
             *_framed(look), depth, soft,
             np.concatenate([light.sun, np.zeros(more[1])], dtype=np.float32),

@@ -26,8 +26,8 @@ def expose(radiance: float) -> float:
 def shade(
     face: A, u: A, v: A, directions: A, range_m: A, spread: float, per_pixel: int,
     pixel: A, of_face: A, st: A, uv: A, density: A, normal: A, material: A, base: A, emission: A,
-    texture_of: A, texels: A, levels: A, decode: A, soft_first: A, soft_shape: A, soft: A,
-    sun_first: A, sun_shape: A, sun: A, sun_color: A, out_color: A,
+    colors: A, texture_of: A, texels: A, levels: A, decode: A, soft_first: A, soft_shape: A,
+    soft: A, sun_first: A, sun_shape: A, sun: A, sun_color: A, out_color: A,
 ) -> None:  # fmt: skip
     """Add the mean radiance of every ``per_pixel`` samples to ``out_color[pixel]``.
 
@@ -73,6 +73,9 @@ def shade(
         lit += (sun[row1 + i0] * (1 - fa) + sun[row1 + i1] * fa) * fb
         for c in range(3):
             light[c] = (light[c] + lit * sun_color[c]) * base[m, c]
+            if colors.shape[0] > 0:
+                tint = w * colors[f, 0, c] + u[i] * colors[f, 1, c] + v[i] * colors[f, 2, c]
+                light[c] *= max(tint, 0.0)
         q = texture_of[m]
         if q >= 0:
             facing = abs(x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2]) * scale

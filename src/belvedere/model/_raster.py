@@ -18,8 +18,19 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.eight import max_keys8, ramp8
-from belvedere.ground.jit import inner, kernel
-from belvedere.ground.simd import bits_of, float_of
+from belvedere.ground.jit import Real, inner, kernel
+from belvedere.ground.simd import (
+    bits_of,
+    float_of,
+    floor4,
+    four,
+    lane4,
+    load4,
+    max4,
+    min4,
+    scale4,
+    store4,
+)
 
 A = npt.NDArray[Any]
 F = np.float32
@@ -39,8 +50,14 @@ RECORD = 10
 """Numbers of a triangle that may show: x, y of three corners, face, three disparities."""
 TILE = 16
 """Side of the squares of pixels whose least disparity is known."""
+STEP = F(1.0 / SUB)
+ALL = F(1e9)
+JUST = 1.0001
+"""More than disparities are wrong by."""
 SKY = (1 << 32) - 1
 """Key of a pixel where nothing stands."""
+BEYOND = 1 << 62
+"""Key of what lies to the right of the picture."""
 LAST_FACE = (1 << 31) - 1
 NARROW = 4
 """Columns up to which pixels are tried one by one."""
@@ -96,7 +113,7 @@ def cull_clusters(
             x0, x1, y0, y1 = min(x0, u), max(x1, u), min(y0, v), max(y1, v)
         if before == 0:
             continue
-        out_near[k], out_cut[k] = 1.0001 / nearest, False
+        out_near[k], out_cut[k] = JUST / nearest, False
         if behind > 0:
             out_near[k], out_cut[k] = math.inf, True
             out_rect[k, 0], out_rect[k, 1], out_rect[k, 2], out_rect[k, 3] = (
@@ -113,7 +130,7 @@ def cull_clusters(
 
 
 @inner
-def is_hidden(near: float, x0: int, x1: int, y0: int, y1: int, tiles: A) -> bool:
+def is_hidden(near: Real, x0: int, x1: int, y0: int, y1: int, tiles: A) -> bool:
     """Whether all that is seen in a rectangle is nearer."""
     for j in range(y0 // TILE, y1 // TILE + 1):
         for i in range(x0 // TILE, x1 // TILE + 1):
@@ -124,14 +141,17 @@ def is_hidden(near: float, x0: int, x1: int, y0: int, y1: int, tiles: A) -> bool
 
 @inner
 def project(
-    start: int, count: int, vertices: A, eye: A, inverse: A, width: int, height: int, out_held: A,
-    out_x: A, out_y: A, out_delta: A, out_off: A,
+    start: Real, count: Real, vertices: A, eye: A, inverse: A, width: int, height: int, out_held: A,
+    out_box: A,
 ) -> bool:  # fmt: skip
-    """Move a cluster's vertices to the screen; whether all of them are there."""
+    """Move a cluster's vertices to the screen; whether all of them are there.
+
+    ``out_held`` gets, from every 256th number on: x z, y z, z, x, y, disparity, and 1 for a vertex
+    that is not on the screen. ``out_box`` gets x, y, -x, -y, and more than all where it is not.
+    """
     ex, ey, ez = eye[0], eye[1], eye[2]
     low_x, high_x = -GUARD_PX, width + GUARD_PX
     low_y, high_y = -GUARD_PX, height + GUARD_PX
-    off = 0
     for i in range(count):
         dx = vertices[0, start + i] - ex
         dy = vertices[1, start + i] - ey
@@ -139,18 +159,23 @@ def project(
         out_held[i] = inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz
         out_held[i + 256] = inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz
         out_held[i + 512] = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
+    off = 0.0
     for i in range(count):
         z = out_held[i + 512]
         delta = 1.0 / max(z, NEAR_M)
         u, v = out_held[i] * delta, out_held[i + 256] * delta
         here = (z >= NEAR_M) & (u >= low_x) & (u <= high_x) & (v >= low_y) & (v <= high_y)
-        u, v = min(max(u, low_x), high_x), min(max(v, low_y), high_y)
-        out_x[i] = np.int32(math.floor(u * SUB + 0.5))
-        out_y[i] = np.int32(math.floor(v * SUB + 0.5))
-        out_delta[i] = F(delta)
-        out_off[i] = np.int32(0) if here else np.int32(1)
-        off |= 0 if here else 1
-    return off == 0
+        out_held[i + 768] = np.floor(min(max(u, low_x), high_x) * SUB + 0.5)
+        out_held[i + 1024] = np.floor(min(max(v, low_y), high_y) * SUB + 0.5)
+        out_held[i + 1280] = delta
+        out_held[i + 1536] = 0.0 if here else 1.0
+    for i in range(count):
+        x, y = F(out_held[i + 768]), F(out_held[i + 1024])
+        store4(out_box, i, four(x, y, -x, -y))
+        if out_held[i + 1536] > 0.0:
+            off += 1.0
+            store4(out_box, i, four(ALL, ALL, ALL, ALL))
+    return off == 0.0
 
 
 @kernel
@@ -181,9 +206,7 @@ def set_up(
         out_record: (R, RECORD) int32.
         out_delta: (R, RECORD) float32, the same memory.
     """
-    held = np.empty(768)
-    fx, fy, off = np.empty(256, np.int32), np.empty(256, np.int32), np.empty(256, np.int32)
-    delta, shows = np.empty(256, np.float32), np.empty(256, np.int32)
+    held, box, shows = np.empty(7 * 256), np.empty((256, 4), np.float32), np.empty(256, np.int32)
     polygon, spare = np.empty((MOST_CORNERS, 3)), np.empty((MOST_CORNERS, 3))
     low_x, high_x = -GUARD_PX, width + GUARD_PX
     low_y, high_y = -GUARD_PX, height + GUARD_PX
@@ -196,29 +219,41 @@ def set_up(
             continue
         start = first_vertex[k]
         whole = project(
-            start, first_vertex[k + 1] - start, vertices, eye, inverse, width, height, held, fx,
-            fy, delta, off,
-        )  # fmt: skip
+            start, first_vertex[k + 1] - start, vertices, eye, inverse, width, height, held, box
+        )
         begin, count = first_face[k], 0
+        rect = four(F(x1), F(y1), F(-x0), F(-y0))
         for i in range(first_face[k + 1] - begin):
-            a, b, c = corners[begin + i, 0], corners[begin + i, 1], corners[begin + i, 2]
-            left = max(x0, (min(fx[a], fx[b], fx[c]) + SUB - 1) >> SHIFT)
-            right = min(x1, max(fx[a], fx[b], fx[c]) >> SHIFT)
-            top = max(y0, (min(fy[a], fy[b], fy[c]) + SUB - 1) >> SHIFT)
-            bottom = min(y1, max(fy[a], fy[b], fy[c]) >> SHIFT)
-            shows[count] = i
-            may = (left <= right) & (top <= bottom)
-            count += 1 if may | (off[a] | off[b] | off[c] != 0) else 0
-        r = room[at]
-        for i in range(count):
-            f = begin + shows[i]
+            f = np.uint64(begin + i)
             a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
-            if whole or off[a] | off[b] | off[c] == 0:
-                out_record[r, 0], out_record[r, 1], out_delta[r, 7] = fx[a], fy[a], delta[a]
-                out_record[r, 2], out_record[r, 3], out_delta[r, 8] = fx[b], fy[b], delta[b]
-                out_record[r, 4], out_record[r, 5], out_delta[r, 9] = fx[c], fy[c], delta[c]
+            # the last column and row whose centers can be inside, and the first ones negated
+            reach = scale4(max4(max4(load4(box, a), load4(box, b)), load4(box, c)), STEP)
+            reach = min4(floor4(reach), rect)
+            shows[np.uint64(count)] = i
+            columns, rows = lane4(reach, 0) + lane4(reach, 2), lane4(reach, 1) + lane4(reach, 3)
+            count += np.int64(min(columns, rows) >= F(0.0))
+        r = np.uint64(room[at])
+        for i in range(count):
+            f = np.uint64(begin + shows[i])
+            a, b, c = (
+                np.int64(corners[f, 0]), np.int64(corners[f, 1]), np.int64(corners[f, 2]),
+            )  # fmt: skip
+            if whole or held[a + 1536] + held[b + 1536] + held[c + 1536] == 0.0:
+                reach = scale4(max4(max4(load4(box, a), load4(box, b)), load4(box, c)), STEP)
+                reach = min4(floor4(reach), rect)
+                v, u = np.int64(lane4(reach, 1)), np.int64(lane4(reach, 0))
+                nearest = max(held[a + 1280], held[b + 1280], held[c + 1280])
+                small = (-np.int64(lane4(reach, 3)) // TILE == v // TILE) & (
+                    -np.int64(lane4(reach, 2)) // TILE == u // TILE
+                )
+                if small and tiles[v // TILE, u // TILE] > nearest * JUST:
+                    continue
+                for place, corner in enumerate((a, b, c)):
+                    out_record[r, 2 * place] = np.int32(held[corner + 768])
+                    out_record[r, 2 * place + 1] = np.int32(held[corner + 1024])
+                    out_delta[r, 7 + place] = F(held[corner + 1280])
                 out_record[r, 6] = faces[f]
-                r += 1
+                r += np.uint64(1)
                 continue
             for j, corner in enumerate((a, b, c)):
                 polygon[j, 0], polygon[j, 1] = held[corner], held[corner + 256]
@@ -232,8 +267,8 @@ def set_up(
                     out_record[r, 2 * place + 1] = math.floor(v + 0.5)
                     out_delta[r, 7 + place] = d
                 out_record[r, 6] = faces[f]
-                r += 1
-        out_count[at] = r - room[at]
+                r += np.uint64(1)
+        out_count[at] = np.int64(r) - room[at]
 
 
 @kernel
@@ -288,24 +323,25 @@ def _inside(
 
 
 @kernel
-def clear_keys(row0: int, row1: int, out_keys: A) -> None:
+def clear_keys(row0: int, row1: int, width: int, out_keys: A) -> None:
     """Nothing stands in some rows."""
     for v in range(row0, row1):
-        for u in range(out_keys.shape[1]):
+        for u in range(width):
             out_keys[v, u] = SKY
+        for u in range(width, out_keys.shape[1]):
+            out_keys[v, u] = BEYOND
 
 
 @kernel
-def least_disparities(row0: int, row1: int, width: int, keys: A, out_tiles: A) -> None:
+def least_disparities(row0: int, row1: int, keys: A, out_tiles: A) -> None:
     """The least disparity of each tile in some rows, of which the first begins a row of tiles."""
-    for v in range(row0, row1):
-        j = v // TILE
+    for top in range(row0, row1, TILE):
         for i in range(out_tiles.shape[1]):
-            least = keys[v, i * TILE]
-            for u in range(i * TILE, min(i * TILE + TILE, width)):
-                least = min(least, keys[v, u])
-            found = float_of(np.uint32(least >> 32))
-            out_tiles[j, i] = found if v % TILE == 0 else min(found, out_tiles[j, i])
+            least = np.int64(BEYOND)
+            for v in range(top, min(top + TILE, row1)):
+                for u in range(TILE):
+                    least = min(least, keys[v, i * TILE + u])
+            out_tiles[top // TILE, i] = float_of(np.uint32(least >> 32))
 
 
 @kernel
@@ -315,7 +351,7 @@ def draw_records(
 ) -> None:  # fmt: skip
     """Draw in some rows what the clusters from ``first`` to before ``last`` show.
 
-    Args as in `set_up`; ``out_keys`` is (H, W + 8) int64.
+    Args as in `set_up`; ``out_keys`` is (H, W and more) int64.
     """
     for k in range(first, last):
         x0, x1 = rects[k, 0], rects[k, 1]
@@ -327,14 +363,14 @@ def draw_records(
 
 
 @inner
-def key_of(delta: Any, low: Any) -> Any:
+def key_of(delta: Real, low: Real) -> Real:
     """The key of a disparity and a face."""
     return (np.int64(bits_of(F(delta))) << 32) | low
 
 
 @inner
 def draw_triangle(
-    r: int, record: A, delta: A, x0: int, x1: int, y0: int, y1: int, out_keys: A
+    r: Real, record: A, delta: A, x0: Real, x1: Real, y0: Real, y1: Real, out_keys: A
 ) -> None:
     """Draw one triangle inside columns x0..x1 and rows y0..y1, whichever way it turns."""
     r = np.uint64(r)
@@ -377,7 +413,8 @@ def draw_triangle(
                 if (e0 | e1 | e2) >= 0:
                     key = key_of(d, low)
                     here = np.uint64(u)
-                    out_keys[np.uint64(v), here] = max(out_keys[np.uint64(v), here], key)
+                    if key > out_keys[np.uint64(v), here]:  # noqa: PLR1730 - most do not
+                        out_keys[np.uint64(v), here] = key
                 e0 += abx
                 e1 += bcx
                 e2 += cax
@@ -408,9 +445,9 @@ def last_inside(e: float, over: float, a: float) -> float:
 
 @inner
 def draw_spans(
-    left: int, right: int, top: int, bottom: int, ab: float, bc: float, ca: float, abx: float,
+    left: Real, right: Real, top: Real, bottom: Real, ab: float, bc: float, ca: float, abx: float,
     bcx: float, cax: float, aby: float, bcy: float, cay: float, ad: float, db: float, dc: float,
-    step: float, low: int, out_keys: A,
+    step: float, low: Real, out_keys: A,
 ) -> None:  # fmt: skip
     """Draw a triangle row by row, eight pixels at once.
 

@@ -31,7 +31,18 @@ from belvedere.ground.eight import (
     whole8,
 )
 from belvedere.ground.jit import inner, kernel
-from belvedere.ground.simd import add4, float_of, four, lane4, load4, mul4, scale4, store4
+from belvedere.ground.simd import (
+    add4,
+    float_of,
+    four,
+    lane4,
+    load4,
+    max4,
+    mul4,
+    scale4,
+    store4,
+    zero4,
+)
 from belvedere.model._raster import LAST_FACE, SKY
 from belvedere.model._sky_run import sky_run
 
@@ -202,7 +213,7 @@ def read_texture(texels: A, first: int, stride: int, a: Any, c: Any) -> Any:
 
 @inner
 def texture_run(
-    count: int, work: A, q: int, sizes: A, places: A, texels: A, out_light: A, x0: int
+    count: int, work: A, q: Any, sizes: A, places: A, texels: A, out_light: A, x0: int
 ) -> None:
     """Multiply the light of a run of pixels by their texture, two levels of it mixed."""
     for i in range(count):
@@ -228,6 +239,24 @@ def texture_run(
 
 
 @inner
+def tint_run(
+    f: int, x0: int, y: int, count: int, matrix: A, eye: A, tints: A, work: A, out_light: A
+) -> None:
+    """Multiply the light of a run of pixels by the color between the face's corners."""
+    gx, gy, gz = load4(tints, 4 * f), load4(tints, 4 * f + 1), load4(tints, 4 * f + 2)
+    at_eye = add4(scale4(gx, F(eye[0])), scale4(gy, F(eye[1])))
+    at_eye = add4(add4(at_eye, scale4(gz, F(eye[2]))), load4(tints, 4 * f + 3))
+    for i in range(count):
+        x = x0 + i
+        rx = F(matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2])
+        ry = F(matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2])
+        rz = F(matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2])
+        along = add4(add4(scale4(gx, rx), scale4(gy, ry)), scale4(gz, rz))
+        tint = max4(add4(at_eye, scale4(along, work[7, i])), zero4())
+        store4(out_light, x, mul4(load4(out_light, x), tint))
+
+
+@inner
 def encode_row(y: int, light: A, whole: A, encode: A, out_color: A) -> None:
     """Expose (as `_kernels.expose`, but negative radiance is black) and encode a row of pixels."""
     steps, knee, rest = F(encode.shape[0] - 1), F(0.55), F(0.45)
@@ -246,14 +275,14 @@ def encode_row(y: int, light: A, whole: A, encode: A, out_color: A) -> None:
 @kernel
 def shade_pixels(
     keys: A, row0: int, row1: int, matrix: A, eye: A, spread: float, plane: A, maps: A, record: A,
-    density: A, base: A, emission: A, texture_of: A, texels: A, sizes: A, places: A, depth: int,
-    encode: A, soft: A, sun: A, sun_color: A, work: A, whole: A, light: A, codes: A,
+    density: A, tints: A, base: A, emission: A, texture_of: A, texels: A, sizes: A, places: A,
+    depth: int, encode: A, soft: A, sun: A, sun_color: A, work: A, whole: A, light: A, codes: A,
     out_face: A, out_disparity: A, out_color: A,
 ) -> None:  # fmt: skip
     """Colour the pixels of some rows; agrees with `_kernels.shade` to rounding.
 
     Args:
-        keys: (H, W + 8) see `_raster`.
+        keys: (H, W and more) see `_raster`.
         row0: first row.
         row1: the row after the last.
         matrix: (3, 3) of the camera.
@@ -263,6 +292,7 @@ def shade_pixels(
         maps: (M, 4, 4) from `face_tables`.
         record: (M, 8) int32, see `CHART` and what follows.
         density: (M, 8) float32, the same memory.
+        tints: (M, 4, 4) slopes of the colors that multiply the base color; (0, 4, 4): of none.
         base: (T, 4) of each material.
         emission: (T, 4).
         texture_of: (T,) first row of ``sizes``, or -1.
@@ -315,6 +345,8 @@ def shade_pixels(
             light_run(count, work, whole, record, f, soft, sun, sun_color, gain, light, x0)
             if q >= 0:
                 texture_run(count, work, q, sizes, places, texels, light, x0)
+            if tints.shape[0] > 0:
+                tint_run(f, x0, y, count, matrix, eye, tints, work, light)
             if emission[m, 0] + emission[m, 1] + emission[m, 2] > ZERO:
                 for i in range(x0, x):
                     store4(light, i, add4(load4(light, i), load4(emission, m)))

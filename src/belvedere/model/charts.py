@@ -44,6 +44,9 @@ class Charts:
     """(M, 3, 2) chart coordinates of each face's corners."""
     cutouts: npt.NDArray[np.float64]
     """(C, 5) chart index, s0, t0, s1, t1: parts of charts where there is no surface."""
+    joined: npt.NDArray[np.bool_] | None = None
+    """(K,) charts that are pieces of larger surfaces: their corners belong to their neighbours too,
+    and light is continuous across them. None: those that are `curved`, light each by itself."""
     covered: bool = True
     """Whether faces cover all of every chart but its cutouts."""
     two_sided: npt.NDArray[np.bool_] | None = None
@@ -51,7 +54,9 @@ class Charts:
 
     @property
     def curved(self) -> npt.NDArray[np.bool_]:
-        """(K,) whether the shading normal turns across the chart."""
+        """(K,) whether light is stored at the very corners, which neighbours share."""
+        if self.joined is not None:
+            return self.joined
         return np.abs(self.normals - self.normals[:, :1]).max(axis=(1, 2)) > 1e-6
 
 

@@ -41,9 +41,8 @@ class Furnisher:
     @contextmanager
     def at(self, spot: Spot, off: float = 0.0, turn: float = 0.0) -> Iterator[None]:
         """What is added inside stands at a spot, ``off`` metres from the wall."""
-        with self.b.placed(spot.x, spot.y, 0.0, spot.yaw):
-            with self.b.placed(0.0, -off, 0.0, turn):
-                yield
+        with self.b.placed(spot.x, spot.y, 0.0, spot.yaw), self.b.placed(0.0, -off, 0.0, turn):
+            yield
 
     def lamp(self, height: float, power: float, shade: float, x: float = 0, y: float = 0) -> None:
         """A lamp above the origin of the current place."""
@@ -88,9 +87,9 @@ def _dado(f: Furnisher) -> None:
         ]
         if f.plan.entrance is not None and f.plan.entrance[:2] == (f.room.name, side):
             gaps.append((f.plan.entrance[2] - 0.64, f.plan.entrance[2] + 0.64))
-        if f.plan.stair is not None and side == "north":
-            if f.room.name == f.plan.stair.room:
-                gaps.append((low, high))
+        stair = f.plan.stair
+        if stair is not None and side == "north" and f.room.name == stair.room:
+            gaps.append((low, high))
         start = low
         for a, c in [*sorted(gaps), (high, high)]:
             if a - start > 0.05:
@@ -105,7 +104,16 @@ def _dado(f: Furnisher) -> None:
 
 def _windows(f: Furnisher) -> None:
     """Radiators under windows, curtains beside them where people sit and sleep."""
-    cloth = f.room.kind in ("living", "bedroom", "dining", "library", "music", "study", "guest")
+    cloth = f.room.kind in (
+        "living",
+        "bedroom",
+        "chamber",
+        "dining",
+        "library",
+        "music",
+        "study",
+        "guest",
+    )
     wet = f.room.kind in ("kitchen", "bath")
     for side, low, high, window in f.space.windows():
         width = min(high - low - 0.1, 1.3)
@@ -129,6 +137,7 @@ def _curtains(f: Furnisher, side: Side, low: float, high: float, top: float) -> 
     if low - wide - 0.05 < first or high + wide + 0.05 > last:
         return
     drop = top + 0.18
+    f.space.cover(side, low - wide - 0.05, high + wide + 0.05)
     for at in (low - wide / 2.0 + 0.02, high + wide / 2.0 - 0.02):
         if not f.space.take_under_window(side, at - wide / 2.0, at + wide / 2.0, 0.14):
             return
@@ -173,10 +182,10 @@ def _picture(f: Furnisher, name: str, width: float, height: float) -> None:
     x, z = width / 2.0, height / 2.0
     furniture.framed(f.b, f.m, name, width, height, "dark", 0.04 if name == "fern" else 0.0)
     for a, c in (((-x, -z), (x, -z)), ((x, -z), (x, z)), ((x, z), (-x, z)), ((-x, z), (-x, -z))):
-        tube(f.b, (a[0], -0.03, a[1]), (c[0], -0.03, c[1]), 0.014, wood, 8)
+        tube(f.b, (a[0], -0.03, a[1]), (c[0], -0.03, c[1]), 0.014, wood, 6)
     for sx in (-1, 1):
         for sz in (-1, 1):
-            ball(f.b, (sx * x, -0.03, sz * z), 0.017, wood, 8)
+            ball(f.b, (sx * x, -0.03, sz * z), 0.017, wood, 6)
 
 
 def _pendant(f: Furnisher, x: float, y: float, drop: float, power: float, grand: bool) -> None:
@@ -431,7 +440,7 @@ def _worktop(f: Furnisher, spot: Spot, width: float) -> None:
         with f.b.placed(-width / 2 + 0.25, -0.3, 0.92, 20.0):
             box(f.b, (-0.15, -0.2, 0.0), (0.15, 0.2, 0.022), f.m["walnut"], 1.5, "-z")
             for k in range(3):
-                ball(f.b, (-0.05 + 0.07 * k, 0.03 * k, 0.055), 0.034, f.m["apple"], 10)
+                ball(f.b, (-0.05 + 0.07 * k, 0.03 * k, 0.055), 0.034, f.m["apple"])
 
 
 def _pan_rail(f: Furnisher) -> None:
@@ -440,15 +449,15 @@ def _pan_rail(f: Furnisher) -> None:
     for x in (-0.42, 0.42):
         tube(f.b, (x, -0.06, 0.0), (x, 0.0, 0.0), 0.008, f.m["iron"], 8)
     for k in range(4):
-        with f.b.placed(-0.33 + 0.22 * k, -0.07, -0.02, 0.0, 90.0), f.b.placed(0, 0, 0, -90.0):
-            with f.b.placed(0.27, 0.0, 0.0, 180.0):
-                fixtures.pan(f.b, f.m, 0.07 + 0.006 * k, 0.06)
+        hung = f.b.placed(-0.33 + 0.22 * k, -0.07, -0.29, 0.0, 90.0)
+        with hung, f.b.placed(0.0, 0.0, 0.0, 90.0):
+            fixtures.pan(f.b, f.m, 0.07 + 0.006 * k, 0.06)
 
 
 def _bedroom(f: Furnisher) -> None:
-    width = 1.6 if f.room.kind == "bedroom" else 1.0
-    spot = f.space.against_wall(width + 0.2, 2.15, 0.6, 0.0, "middle") or f.space.against_wall(
-        1.15, 2.15, 0.6
+    width = 1.6 if f.room.kind != "guest" else 1.0
+    spot = f.space.against_wall(width + 0.2, 2.15, 1.2, 0.0, "middle") or f.space.against_wall(
+        1.15, 2.15, 1.2
     )
     if spot is not None:
         with f.at(spot):
@@ -476,6 +485,32 @@ def _bedroom(f: Furnisher) -> None:
             pieces.stool(f.b, f.m)
     _plant(f)
     _ceiling(f, 0.8)
+
+
+def _chamber(f: Furnisher) -> None:
+    """A large bedroom to sit in, too."""
+    _bedroom(f)
+    spot = f.space.against_wall(2.2, 0.95, 0.7, 0.4)
+    if spot is not None:
+        with f.at(spot, 0.50):
+            furniture.sofa(f.b, f.m, 2.0, "armchair")
+    for _ in range(2):
+        spot = f.space.against_wall(0.95, 0.98, 0.7, 0.3)
+        if spot is not None:
+            with f.at(spot, 0.52):
+                furniture.sofa(f.b, f.m, 0.88, "sofa")
+    middle = f.space.inside(1.2, 0.9, 0.8)
+    if middle is not None:
+        with f.at(middle):
+            decor.rug(f.b, f.m["rug"], f.m["rug_edge"], 2.7, 1.8)
+            with f.b.placed(0.0, 0.0, 0.012):
+                pieces.round_table(f.b, f.m["walnut"], f.m["dark"], 0.40, 0.7)
+            with f.b.placed(0.0, 0.0, 0.712):
+                decor.fruit_bowl(f.b, f.m, f.rng)
+        _pendant(f, middle.x, middle.y, 0.7, 0.8, False)
+    _bookcase(f, 1.7)
+    _floor_lamp(f)
+    _plant(f, True)
 
 
 def _bath(f: Furnisher) -> None:
@@ -573,7 +608,7 @@ def _nursery(f: Furnisher) -> None:
             furniture.cabinet(f.b, f.m, 0.95, 0.7, 0.44, 2, "cupboard", "oak")
             for k in range(3):
                 with f.b.placed(-0.28 + 0.28 * k, -0.22, 0.7):
-                    ball(f.b, (0, 0, 0.075), 0.075, f.m[f"block{k}"], 14)
+                    ball(f.b, (0, 0, 0.075), 0.075, f.m[f"block{k}"], 8)
     spot = f.space.against_wall(0.95, 0.98, 0.7, 0.2)
     if spot is not None:
         with f.at(spot, 0.52):
@@ -692,7 +727,7 @@ def _umbrellas(f: Furnisher) -> None:
         return
     with f.at(spot, 0.17):
         lathe(f.b, [(0.11, 0.0), (0.12, 0.02), (0.10, 0.1), (0.11, 0.4), (0.13, 0.52), (0.12, 0.52),
-                    (0.10, 0.4), (0.09, 0.03), (1e-3, 0.03)], f.m["glaze"], 16)  # fmt: skip
+                    (0.10, 0.4), (0.09, 0.03), (1e-3, 0.03)], f.m["glaze"], 8)  # fmt: skip
         for k in range(3):
             a = k * 2.1
             x, y = 0.05 * np.cos(a), 0.05 * np.sin(a)
@@ -738,6 +773,7 @@ _KINDS: dict[str, Callable[[Furnisher], None]] = {
     "kitchen": _kitchen,
     "bedroom": _bedroom,
     "guest": _bedroom,
+    "chamber": _chamber,
     "bath": _bath,
     "study": _study,
     "music": _music,

@@ -11,6 +11,7 @@ _FINISHES: dict[str, tuple[str, str, float]] = {
     "living": ("cream_wall", "planks", 0.5), "library": ("green_wall", "planks", 0.5),
     "dining": ("rose_wall", "planks", 0.5), "kitchen": ("sage_wall", "tiles", 1.0),
     "bedroom": ("blue_wall", "planks", 0.5), "guest": ("cream_wall", "planks", 0.5),
+    "chamber": ("ochre_wall", "planks", 0.5),
     "bath": ("bath_wall", "checker", 0.8), "study": ("green_wall", "planks", 0.5),
     "music": ("ochre_wall", "planks", 0.5), "nursery": ("yellow_wall", "planks", 0.5),
     "store": ("white_wall", "tiles", 1.0), "dressing": ("rose_wall", "planks", 0.5),
@@ -48,7 +49,7 @@ def _flat_plan() -> HousePlan:
 
 
 def _bungalow_plan() -> HousePlan:
-    """Nineteen rooms on one floor, along a passage; 26 doors and openings, 26 windows.
+    """Nineteen rooms on one floor, along a passage; 28 doors and openings, 24 windows.
 
     y=12.4 +--------+-----+-------+----------+--------+--------+-----+-------+
            | bed 1  |bath |bed 2  | music    | study  |nursery |bath | guest |
@@ -93,7 +94,6 @@ def _bungalow_plan() -> HousePlan:
         Door(("living room", "west passage"), 4.4),
         Door(("library", "west passage"), 9.0),
         Door(("west passage", "dressing room"), 6.2),
-        Door(("living room", "dressing room"), 1.5),
         Door(("dressing room", "first bedroom"), 1.6),
         Door(("west passage", "first bedroom"), 3.9, 0.86),
         Door(("west passage", "first bathroom"), 6.1, 0.86),
@@ -107,6 +107,9 @@ def _bungalow_plan() -> HousePlan:
         Door(("laundry", "conservatory"), 27.2),
         Door(("laundry", "guest room"), 27.6),
         Door(("music room", "study"), 9.0),
+        Door(("first bathroom", "second bedroom"), 8.4),
+        Door(("nursery", "second bathroom"), 10.8, 0.86),
+        Door(("second bathroom", "guest room"), 8.4, 0.86),
     )
     windows = (
         Window("living room", "south", 1.9, 1.8),
@@ -119,12 +122,10 @@ def _bungalow_plan() -> HousePlan:
         Window("dining room", "south", 18.7, 1.3),
         Window("kitchen", "south", 21.6, 1.5, 1.0),
         Window("kitchen", "south", 23.9, 1.5, 1.0),
-        Window("conservatory", "south", 26.3, 1.6, 0.45, 2.4, (3, 4)),
-        Window("conservatory", "south", 28.0, 1.4, 0.45, 2.4, (3, 4)),
+        Window("conservatory", "south", 27.1, 2.8, 0.45, 2.4, (6, 4)),
         Window("conservatory", "east", 2.6, 3.2, 0.45, 2.4, (6, 4)),
         Window("dressing room", "west", 6.2, 0.9, 1.0),
         Window("laundry", "east", 6.2, 0.9, 1.0),
-        Window("first bedroom", "west", 9.8, 1.6),
         Window("first bedroom", "north", 2.4, 1.6),
         Window("first bathroom", "north", 6.1, 0.9, 1.2, 2.2, (2, 2)),
         Window("second bedroom", "north", 9.3, 1.6),
@@ -157,7 +158,7 @@ def _villa_plan() -> HousePlan:
         RoomPlan("parlour", "living", (0.0, 0.0, 6.6, 4.6)),
         RoomPlan("dining room", "dining", (6.6, 0.0, 11.6, 4.6)),
         RoomPlan("kitchen", "kitchen", (6.6, 4.6, 11.6, 9.2)),
-        RoomPlan("bedroom", "bedroom", (0.0, 0.0, 8.2, 4.6), 1),
+        RoomPlan("bedroom", "chamber", (0.0, 0.0, 8.2, 4.6), 1),
         RoomPlan("study", "study", (6.6, 4.6, 11.6, 9.2), 1),
         RoomPlan("dressing room", "dressing", (8.2, 0.0, 11.6, 4.6), 1),
     )
@@ -204,9 +205,9 @@ HOUSES: dict[str, HouseKind] = {
         "19 rooms on one storey, 52 doors, windows and openings",
         _bungalow_plan,
         528_000,
-        ("living room", "dressing room", "first bedroom", "second bedroom", "library", "entrance",
-         "music room", "study", "nursery", "dining room", "kitchen", "conservatory", "laundry",
-         "guest room"),
+        ("living room", "library", "entrance", "inner hall", "music room", "study",
+         "east passage", "nursery", "second bathroom", "guest room", "laundry", "conservatory",
+         "kitchen", "dining room"),
     ),
     "villa": HouseKind(
         "7 rooms on two storeys, 12 doors, windows and openings",

@@ -122,6 +122,23 @@ def shared_points(points: F4, normals: F4) -> tuple[I8, I8]:
     return one, copies
 
 
+def blended(light: F4, copies: I8, joined: npt.NDArray[np.bool_]) -> F4:
+    """(P, 3) light whose ``joined`` points take the mean of all points at the same place.
+
+    Args:
+        light: (P, 3).
+        copies: (P,) from `shared_points`.
+        joined: (P,) whether the point's chart is a piece of a larger surface.
+    """
+    result = light.copy()
+    place = copies[joined]
+    count = np.bincount(place)
+    for channel in range(3):
+        total = np.bincount(place, light[joined, channel])
+        result[joined, channel] = (total / np.maximum(count, 1))[place]
+    return result
+
+
 def in_cutouts(charts: Charts, lattice: Lattice, chart: I4, place: I4) -> npt.NDArray[np.bool_]:
     """(P,) whether a point lies where its chart has no surface; ``place`` counts in its chart."""
     ns, nt = lattice.shape[chart, 0], lattice.shape[chart, 1]

@@ -19,6 +19,7 @@ from belvedere.ground.threads import run_parallel
 from belvedere.model.charts import Charts
 from belvedere.model.lattice import (
     Lattice,
+    blended,
     in_cutouts,
     lattice_points,
     make_lattice,
@@ -158,13 +159,19 @@ def bake(
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
-    light = smoothed(lattice, valid, direct[copies])
+    joined = None if charts.joined is None else charts.joined[chart]
+
+    def spread(seen: F4) -> F4:
+        smooth = smoothed(lattice, valid, seen[copies])
+        return smooth if joined is None else blended(smooth, copies, joined)
+
+    light = spread(direct)
     for bounce in range(settings.bounces):
         meter.tell(85 + 15 * bounce // settings.bounces, "bounces")
         total = direct.copy()
         for which, link, rays in groups:
             total[which] += _bounced(surface, chart, link, rays, light, len(which), threads)
-        light = smoothed(lattice, valid, total[copies])
+        light = spread(total)
     meter.tell(TOTAL, "done")
     return LightMap(lattice, light, sun_lattice, sun, surface.sun_color)
 

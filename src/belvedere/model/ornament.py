@@ -22,7 +22,7 @@ def lathe(
     b: Builder,
     profile: Sequence[tuple[float, float]],
     material: int,
-    sides: int = 12,
+    sides: int = 8,
     center: Sequence[float] = (0.0, 0.0, 0.0),
     scale: float = 1.0,
 ) -> None:
@@ -59,8 +59,8 @@ def _tangents(line: F8) -> F8:
     inner = unit[:-1] * length[1:] + unit[1:] * length[:-1]
     ends = np.concatenate([unit[:1], inner, unit[-1:]])
     if len(line) > 2:  # mirror the second tangent in the first chord: an arc goes on as an arc
-        for end, chord, near in ((0, unit[0], inner[0]), (-1, unit[-1], inner[-1])):
-            near = near / max(float(np.linalg.norm(near)), 1e-12)
+        for end, chord, beside in ((0, unit[0], inner[0]), (-1, unit[-1], inner[-1])):
+            near = beside / max(float(np.linalg.norm(beside)), 1e-12)
             ends[end] = 2.0 * (near @ chord) * chord - near
     return ends / np.maximum(np.linalg.norm(ends, axis=1, keepdims=True), 1e-12)
 
@@ -70,7 +70,7 @@ def ball(
     center: Sequence[float],
     radius: float,
     material: int,
-    sides: int = 10,
+    sides: int = 6,
     squash: float = 1.0,
 ) -> None:
     """A ball; ``squash`` is its height by its width."""
@@ -119,7 +119,7 @@ def ring(
     radius: float,
     thick: float,
     material: int,
-    sides: int = 14,
+    sides: int = 12,
     squash: float = 1.0,
 ) -> None:
     """A level ring of a bar ``thick`` in radius; ``squash`` is its y extent by its x extent."""

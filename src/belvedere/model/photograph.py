@@ -61,11 +61,13 @@ class Shading:
     normal: npt.NDArray[np.float32]
     """(M, 3) unit normals of the faces."""
     flat: npt.NDArray[np.bool_]
-    """(K,) charts on which positions, textures and light coordinates are all affine."""
+    """(K,) charts on which positions, colors, textures and light coordinates are all affine."""
     base: npt.NDArray[np.float32]
     """(T, 3) base color of each material."""
     emission: npt.NDArray[np.float32]
     """(T, 3) emission of each material."""
+    colors: npt.NDArray[np.float32]
+    """(M, 3, 3) the corners' own colors, which multiply the base color; (0, 3, 3) if none."""
     texture_of: npt.NDArray[np.int32]
     """(T,) row of `levels`, or -1."""
     texels: npt.NDArray[np.uint8]
@@ -97,9 +99,10 @@ class Shading:
         return cls(
             _texel_density(mesh, texture_of, levels),
             mesh.normals().astype(np.float32),
-            bent < 1e-9,
+            (bent < 1e-9) & _evenly_colored(mesh, charts),
             np.array([m.base_color for m in mesh.materials], dtype=np.float32),
             np.array([m.emission for m in mesh.materials], dtype=np.float32),
+            np.zeros((0, 3, 3), dtype=np.float32) if mesh.colors is None else mesh.colors,
             texture_of,
             np.concatenate(texels),
             levels,
@@ -282,7 +285,7 @@ def _shade(
     _kernels.shade(
         face, b, c, directions, t * length, spread, count, pixel, charts.of_face,
         charts.st, mesh.uv, look.density, look.normal, mesh.material_index, look.base,
-        look.emission, look.texture_of, look.texels, look.levels, SRGB8_TO_LINEAR,
+        look.emission, look.colors, look.texture_of, look.texels, look.levels, SRGB8_TO_LINEAR,
         light.soft_lattice.first, light.soft_lattice.shape, light.soft,
         light.sun_lattice.first, light.sun_lattice.shape, light.sun, light.sun_color,
         out_color,
@@ -323,6 +326,17 @@ def _pyramid(texture: npt.NDArray[np.generic]) -> list[npt.NDArray[np.uint8]]:
         )  # fmt: skip
         levels.append(encode(linear))
     return levels
+
+
+def _evenly_colored(mesh: Mesh, charts: Charts) -> npt.NDArray[np.bool_]:
+    """(K,) whether all corners on a chart have one color."""
+    count = len(charts.material)
+    if mesh.colors is None:
+        return np.ones(count, dtype=np.bool_)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, charts.of_face, mesh.colors.min(axis=1))
+    np.maximum.at(high, charts.of_face, mesh.colors.max(axis=1))
+    return ~(high > low).any(axis=1)
 
 
 def _texel_density(

@@ -25,7 +25,7 @@ _LEG = (
 
 def leg(
     b: Builder, x: float, y: float, height: float, radius: float, material: int, z: float = 0.0,
-    sides: int = 10,
+    sides: int = 6,
 ) -> None:  # fmt: skip
     """A turned leg with a vase, beads and a square block on top."""
     lathe(b, [(r * radius, h * height) for r, h in _LEG], material, sides, (x, y, z), 2.0)
@@ -53,16 +53,18 @@ def round_table(b: Builder, top: int, wood: int, radius: float, height: float = 
     """A round table on a turned column with three scrolled feet."""
     h = height
     lathe(b, [(radius * 0.6, h - 0.035), (radius - 0.012, h - 0.035), (radius, h - 0.024),
-              (radius, h - 0.012), (radius - 0.012, h), (1e-3, h)], top, 24)  # fmt: skip
-    lathe(b, [(0.05, 0.20), (0.075, 0.24), (0.085, 0.30), (0.06, 0.36), (0.035, 0.42), (0.04, 0.46),
+              (radius, h - 0.012), (radius - 0.012, h), (1e-3, h)], top, 12)  # fmt: skip
+    f = h / 0.74
+    column = ((0.05, 0.20), (0.075, 0.24), (0.085, 0.30), (0.06, 0.36), (0.035, 0.42), (0.04, 0.46),
               (0.03, 0.50), (0.035, 0.60), (0.05, 0.64), (0.03, 0.66), (0.06, 0.68),
-              (0.14, h - 0.035)], wood, 14)  # fmt: skip
+              (0.12, 0.704))  # fmt: skip
+    lathe(b, [(r, z * f) for r, z in column], wood, 8)
     for k in range(3):
         a = k * 2.0 * np.pi / 3.0 + 0.5
         x, y = np.cos(a), np.sin(a)
         path = [(0.03, 0.27), (0.12, 0.28), (0.21, 0.22), (0.28, 0.11), (0.34, 0.035), (0.40, 0.03)]
         reach = min(radius * 1.8, 1.0)
-        line = [(r * x * reach, r * y * reach, z) for r, z in path]
+        line = [(r * x * reach, r * y * reach, z * f) for r, z in path]
         bar(b, line, [0.035, 0.034, 0.032, 0.028, 0.026, 0.03], wood, 8)
 
 
@@ -75,13 +77,13 @@ def chair(b: Builder, m: Palette, wood: str = "oak", cloth: str = "linen") -> No
         leg(b, sx * 0.19, -0.19, 0.38, 0.024, w)
         bar(b, [(sx * 0.19, 0.25, 0.0), (sx * 0.19, 0.20, 0.22), (sx * 0.19, 0.185, 0.44),
                 (sx * 0.188, 0.205, 0.66), (sx * 0.185, 0.255, 0.86), (sx * 0.18, 0.30, 1.0)],
-            [0.014, 0.018, 0.02, 0.018, 0.016, 0.013], w, 8)  # fmt: skip
-        ball(b, (sx * 0.18, 0.30, 1.01), 0.018, w, 8)
+            [0.014, 0.018, 0.02, 0.018, 0.016, 0.013], w, 6)  # fmt: skip
+        ball(b, (sx * 0.18, 0.30, 1.01), 0.018, w)
         tube(b, (sx * 0.19, -0.18, 0.16), (sx * 0.19, 0.21, 0.16), 0.010, w, 6)
     tube(b, (-0.19, 0.0, 0.16), (0.19, 0.0, 0.16), 0.010, w, 6)
     for z, rise, y in ((0.93, 0.04, 0.275), (0.60, 0.025, 0.197)):
         bar(b, [(-0.185, y, z), (-0.09, y + 0.018, z + rise), (0.0, y + 0.024, z + rise * 1.3),
-                (0.09, y + 0.018, z + rise), (0.185, y, z)], 0.016, w, 8)  # fmt: skip
+                (0.09, y + 0.018, z + rise), (0.185, y, z)], 0.016, w, 6)  # fmt: skip
     for k in range(5):
         x = -0.12 + 0.06 * k
         bar(b, [(x, 0.212, 0.62), (x * 1.05, 0.245, 0.78), (x * 1.1, 0.29, 0.95)],
@@ -92,7 +94,7 @@ def stool(b: Builder, m: Palette, height: float = 0.46, cloth: str = "armchair")
     """A round upholstered stool on four splayed legs."""
     h = height
     lathe(b, [(0.13, h - 0.08), (0.165, h - 0.075), (0.18, h - 0.05), (0.175, h - 0.02),
-              (0.12, h), (1e-3, h + 0.008)], m[cloth], 16, scale=5.0)  # fmt: skip
+              (0.12, h), (1e-3, h + 0.008)], m[cloth], 10, scale=5.0)  # fmt: skip
     for k in range(4):
         a = (k + 0.5) * np.pi / 2.0
         x, y = np.cos(a), np.sin(a)
@@ -107,8 +109,8 @@ def bed(b: Builder, m: Palette, width: float, cover: str, wood: str = "walnut") 
     w = m[wood]
     for sx in (-1, 1):
         for y, top in ((-0.05, 1.15), (-long, 0.72)):
-            leg(b, sx * half, y, top, 0.045, w, 0.0, 12)
-            ball(b, (sx * half, y, top + 0.035), 0.042, w, 10)
+            leg(b, sx * half, y, top, 0.045, w)
+            ball(b, (sx * half, y, top + 0.035), 0.042, w)
         box(b, (sx * half - 0.015, -long + 0.03, 0.24), (sx * half + 0.015, -0.08, 0.36), w)
     for y, low, high in ((-0.05, 0.50, 1.0), (-long, 0.28, 0.60)):
         cushion(b, (-half + 0.03, y - 0.018, low), (half - 0.03, y + 0.018, high), w, 0.015, 0.8)
@@ -121,9 +123,9 @@ def bed(b: Builder, m: Palette, width: float, cover: str, wood: str = "walnut") 
     count = 2 if width > 1.2 else 1
     for k in range(count):
         x = 0.0 if count == 1 else (k - 0.5) * width * 0.48
-        with b.placed(x, -0.17, 0.50, 4.0 - 8.0 * k, -58.0):
-            cushion(b, (-0.31, -0.06, 0.0), (0.31, 0.06, 0.42), m["white_cloth"], 0.06, 4.0, 0.05,
-                    4)  # fmt: skip
+        with b.placed(x, -0.50, 0.47, 4.0 - 8.0 * k, -62.0):
+            low, high = (-0.31, -0.06, 0.0), (0.31, 0.06, 0.42)
+            cushion(b, low, high, m["white_cloth"], 0.06, 4.0, 0.05, 3)
 
 
 def cradle(b: Builder, m: Palette) -> None:
@@ -132,12 +134,12 @@ def cradle(b: Builder, m: Palette) -> None:
     for sx in (-1, 1):
         for y in (y0, y1):
             leg(b, sx * x, y, 0.92, 0.028, w)
-            ball(b, (sx * x, y, 0.945), 0.028, w, 8)
+            ball(b, (sx * x, y, 0.945), 0.028, w)
     for z in (0.30, 0.86):
         for y in (y0, y1):
-            tube(b, (-x, y, z), (x, y, z), 0.016, w, 8)
+            tube(b, (-x, y, z), (x, y, z), 0.016, w, 6)
         for sx in (-1, 1):
-            tube(b, (sx * x, y0, z), (sx * x, y1, z), 0.016, w, 8)
+            tube(b, (sx * x, y0, z), (sx * x, y1, z), 0.016, w, 6)
     for k in range(1, 14):
         px = -x + 2 * x * k / 14
         for y in (y0, y1):
@@ -182,8 +184,8 @@ def piano(b: Builder, m: Palette) -> None:
 def globe(b: Builder, m: Palette) -> None:
     """A terrestrial globe in a brass meridian on a turned stand."""
     lathe(b, [(0.17, 0.0), (0.18, 0.02), (0.15, 0.04), (0.05, 0.07), (0.03, 0.12), (0.045, 0.22),
-              (0.03, 0.40), (0.04, 0.50), (0.06, 0.54), (0.03, 0.57)], m["walnut"], 14)  # fmt: skip
-    ball(b, (0.0, 0.0, 0.84), 0.23, m["globe"], 18)
+              (0.03, 0.40), (0.04, 0.50), (0.06, 0.54), (0.03, 0.57)], m["walnut"], 8)  # fmt: skip
+    ball(b, (0.0, 0.0, 0.84), 0.23, m["globe"], 12)
     turn = np.linspace(-np.pi / 2.0, np.pi / 2.0, 11)
     bar(b, [(0.255 * np.cos(a), 0.0, 0.84 + 0.255 * np.sin(a)) for a in turn], 0.008, m["brass"])
     ring(b, (0.0, 0.0, 0.84), 0.26, 0.010, m["walnut"], 20)
@@ -218,7 +220,7 @@ def toys(b: Builder, m: Palette, rng: np.random.Generator) -> None:
         a, r = k * 2.4, float(rng.uniform(0.22, 0.40))
         size = float(rng.uniform(0.04, 0.08))
         color = m[("petal_a", "petal_b", "glaze", "leaf1", "apple")[k]]
-        ball(b, (r * np.cos(a), r * np.sin(a), size), size, color, 14)
+        ball(b, (r * np.cos(a), r * np.sin(a), size), size, color, 8)
     for k in range(4):
         with b.placed(0.06 * k - 0.1, -0.05, 0.062 * (k % 2), 20.0 * k):
             cushion(b, (-0.03, -0.03, 0.0), (0.03, 0.03, 0.06), m[f"block{k % 3}"], 0.006)

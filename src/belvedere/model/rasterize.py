@@ -77,6 +77,8 @@ class Rasterizer:
         self.model, self.threads = model, threads
         self.origin = model.mesh.bounds.mean(axis=0)
         self._tables = DrawTables.of(model, self.origin)
+        self._vertices = (model.mesh.vertices - self.origin).astype(np.float32)
+        self._corners = _same_vertices(self._vertices)[model.mesh.faces]
         self._all: DrawList | None = None
 
     def prepare(self, faces: npt.ArrayLike | None = None) -> DrawList:
@@ -98,7 +100,7 @@ class Rasterizer:
                 f"Rasterizer.prepare.faces names face {int(chosen.max())}, but there are {total}"
             )
         chosen = chosen[self._tables.plane[chosen, :3].any(axis=1)].astype(np.int32)
-        corners = (mesh.vertices[mesh.faces[chosen]] - self.origin).astype(np.float32)
+        corners = self._vertices[self._corners[chosen]]
         order = _curve_order(corners.mean(axis=1))
         chosen, corners = chosen[order], corners[order]
         count = len(chosen)
@@ -106,13 +108,13 @@ class Rasterizer:
         first[-1] = count
         cluster = np.repeat(np.arange(len(first) - 1), np.diff(first))
         # each vertex once a cluster
-        key = cluster[:, None] * np.int64(len(mesh.vertices)) + mesh.faces[chosen]
+        key = cluster[:, None] * np.int64(len(mesh.vertices)) + self._corners[chosen]
         unique, place = np.unique(key.ravel(), return_inverse=True)
         owner = unique // max(len(mesh.vertices), 1)
         first_vertex = np.searchsorted(owner, np.arange(len(first)))
         local = place.reshape(-1, 3) - first_vertex[cluster][:, None]
-        vertices = mesh.vertices[unique % max(len(mesh.vertices), 1)] - self.origin
-        vertices = np.ascontiguousarray(vertices.reshape(-1, 3).T, dtype=np.float32)
+        vertices = self._vertices[unique % max(len(mesh.vertices), 1)]
+        vertices = np.ascontiguousarray(vertices.reshape(-1, 3).T)
         low = high = np.zeros((0, 3), dtype=np.float32)
         if count:
             low = np.minimum.reduceat(corners.min(axis=1), first[:-1])
@@ -158,10 +160,10 @@ class Rasterizer:
         disparity = disparity.view(np.float32)
         color = block[8 * height * width :].reshape(height, width, 3)
         plan = DrawPlan(camera, self.origin, lists)
-        keys = scratch("raster keys", (height, width + 8), np.int64)
         tile = _raster.TILE
         tiles = scratch("raster tiles", (-(-height // tile), -(-width // tile)), np.float32)
         tiles.fill(0.0)
+        keys = scratch("raster keys", (height, (tiles.shape[1] + 1) * tile), np.int64)
         threads = thread_count(self.threads)
         bands = row_bands(len(tiles), threads * BANDS_PER_THREAD)
         bands = [(first * tile, min(last * tile, height)) for first, last in bands]
@@ -179,7 +181,7 @@ class Rasterizer:
                 record: I4 = record,
             ) -> None:
                 if batch == batches[0]:
-                    _raster.clear_keys(*rows, keys)
+                    _raster.clear_keys(*rows, width, keys)
                 _raster.draw_records(
                     *batch, plan.rects, room, plan.count, record, record.view(np.float32), *rows,
                     keys,
@@ -187,7 +189,7 @@ class Rasterizer:
                 if batch == batches[-1]:
                     self._shade(camera, plan.eye, rows, keys, face, disparity, color)
                 else:
-                    _raster.least_disparities(*rows, width, keys, tiles)
+                    _raster.least_disparities(*rows, keys, tiles)
 
             run_parallel(set_up, plan.parts(*batch, threads), self.threads)
             run_parallel(draw, bands, self.threads)
@@ -202,7 +204,7 @@ class Rasterizer:
         t, room = self._tables, camera.width + _shade_pixels.PAD
         _shade_pixels.shade_pixels(
             keys, *rows, camera.matrix, eye, _pixel_angle(camera), t.plane, t.maps, t.record,
-            t.record.view(np.float32), t.base, t.emission, t.texture_of, t.texels, t.sizes,
+            t.record.view(np.float32), t.tints, t.base, t.emission, t.texture_of, t.texels, t.sizes,
             t.places, t.depth, LINEAR_TO_SRGB8, t.soft, t.sun, self.model.light.sun_color,
             scratch("shade work", (_shade_pixels.ROWS, room), np.float32),
             scratch("shade cells", (_shade_pixels.WHOLE_ROWS, room), np.int32),
@@ -222,6 +224,17 @@ def _set_up(
         drawn.first_face, drawn.corners, drawn.faces, plan.eye, plan.inverse, camera.width,
         camera.height, tiles, plan.count, record, record.view(np.float32),
     )  # fmt: skip
+
+
+def _same_vertices(vertices: F4) -> I4:
+    """(N,) for each vertex the number of one that stands for all at its place."""
+    order = np.lexsort(vertices.T)
+    placed = vertices[order]
+    new = np.ones(len(order), dtype=np.bool_)
+    new[1:] = (placed[1:] != placed[:-1]).any(axis=1)
+    same = np.empty(len(order), dtype=np.int32)
+    same[order] = order[new][np.cumsum(new) - 1] if len(order) else order
+    return same
 
 
 def _curve_order(points: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:

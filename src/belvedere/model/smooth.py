@@ -145,21 +145,35 @@ class SmoothBuilder(Builder):
         st = np.concatenate([part[3].astype(np.float32) for part in parts])
         return mesh, replace(cage, of_face=of_face, st=st)
 
+    def finish(self) -> tuple[Mesh, Charts]:
+        """The cage: flat quads, and the charts for it and for `refined`."""
+        mesh, charts = super().finish()
+        joined = np.zeros(len(charts.corners), dtype=bool)
+        for k in self._smooth:
+            joined[self._chart[k]] = True
+        return mesh, replace(charts, joined=joined)
+
 
 def _edge_controls(corners: F8, normals: F8) -> tuple[F8, F8]:
     """(Q, 4, 2, 3) inner control points of cubic edges; (Q, 2) how far those leave the chords."""
     controls = np.empty((len(corners), 4, 2, 3))
     bend = np.zeros((len(corners), 2))
     for edge, (a, c) in enumerate(_EDGES):
-        p, q, n, m = corners[:, a], corners[:, c], normals[:, a], normals[:, c]
+        p, q = corners[:, a], corners[:, c]
         along = q - p
-        up, down = np.einsum("ij,ij->i", along, n), -np.einsum("ij,ij->i", along, m)
-        lean = np.maximum(np.abs(up), np.abs(down))
-        smooth = lean <= CREASE * np.linalg.norm(along, axis=1)
-        up, down = np.where(smooth, up, 0.0), np.where(smooth, down, 0.0)
-        controls[:, edge, 0] = (2.0 * p + q - up[:, None] * n) / 3.0
-        controls[:, edge, 1] = (p + 2.0 * q - down[:, None] * m) / 3.0
-        leaves = (np.abs(up) + np.abs(down)) / 8.0
+        chord = np.maximum(np.linalg.norm(along, axis=1), 1e-12)
+        up = np.einsum("ij,ij->i", along, normals[:, a]) / chord
+        down = -np.einsum("ij,ij->i", along, normals[:, c]) / chord
+        smooth = np.maximum(np.abs(up), np.abs(down)) <= CREASE
+        ways = ((up, a, p, along), (down, c, q, -along))
+        for end, (lean, corner, start, way) in enumerate(ways):
+            sine = np.where(smooth, lean, 0.0)
+            cosine = np.sqrt(1.0 - sine**2)
+            tangent = way - (sine * chord)[:, None] * normals[:, corner]
+            # so long that an arc of a circle stays one: 2 / 3 chord / (1 + cos) along the tangent
+            reach = 2.0 / (3.0 * cosine * (1.0 + cosine))
+            controls[:, edge, end] = start + tangent * reach[:, None]
+        leaves = np.where(smooth, (np.abs(up) + np.abs(down)) * chord / 8.0, 0.0)
         bend[:, edge // 2] = np.maximum(bend[:, edge // 2], leaves)
     return controls, bend
 

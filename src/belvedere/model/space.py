@@ -174,6 +174,10 @@ class Space:
                 return Spot(x, y, YAW[side], side)
         return None
 
+    def cover(self, side: Side, low: float, high: float) -> None:
+        """Nothing more hangs on this part of a wall, and nothing tall stands before it."""
+        self._tall[side].append((low, high))
+
     def take_under_window(self, side: Side, low: float, high: float, depth: float) -> bool:
         """Take the floor under a window for a radiator or curtains, if it is free."""
         area = self._off(side, low, high, depth)

@@ -2,8 +2,8 @@
 
 Faces that lie in one plane, touch and are of one material share a chart: the rectangle round them
 in their plane. Every other face has one of its own, with normals that turn smoothly where its
-neighbours do. Which side of a surface is lit is not asked of its winding alone, which models often have
-wrong: see `belvedere.model.fronts`.
+neighbours do. Which side of a surface is lit is not asked of its winding alone, which models often
+have wrong: see `belvedere.model.fronts`.
 """
 
 from __future__ import annotations

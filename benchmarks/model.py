@@ -100,7 +100,9 @@ class Rivals:
         return np.ascontiguousarray(mesh.vertices[mesh.faces].reshape(-1, 3), dtype=np.float32)
 
     def _open3d(self) -> Callable[[Camera], Any]:
-        import open3d
+        import open3d as library
+
+        open3d: Any = library
 
         scene = open3d.t.geometry.RaycastingScene(nthreads=self.threads)
         mesh = self.model.mesh

@@ -56,6 +56,40 @@ def flat_groups(
 
 
 @kernel
+def _root(face: int, out_piece: A, out_sign: A) -> tuple[int, float]:
+    """The root of a face and how it is wound against it; halves the way there."""
+    sign = 1.0
+    while out_piece[face] != face:
+        above = out_piece[face]
+        if out_piece[above] != above:
+            out_sign[face] *= out_sign[above]
+            out_piece[face] = out_piece[above]
+        sign *= out_sign[face]
+        face = out_piece[face]
+    return face, sign
+
+
+@kernel
+def wind_alike(one: A, two: A, opposed: A, out_piece: A, out_sign: A) -> None:
+    """Join faces to pieces; within a piece, ``out_sign`` turns all fronts to one side.
+
+    Union-find that knows of each face whether it is wound like its root; ``out_piece`` comes as
+    0, 1, 2, ... and ``out_sign`` as ones.
+    """
+    for e in range(one.shape[0]):
+        a, sign_a = _root(one[e], out_piece, out_sign)
+        b, sign_b = _root(two[e], out_piece, out_sign)
+        if a != b:
+            low, high = min(a, b), max(a, b)
+            out_piece[high] = low
+            out_sign[high] = sign_a * sign_b * (1.0 if opposed[e] else -1.0)
+    for f in range(out_piece.shape[0]):
+        root, sign = _root(f, out_piece, out_sign)
+        out_piece[f] = root
+        out_sign[f] = sign
+
+
+@kernel
 def settle_points(
     first_face: A, faces: A, st: A, sides: A, first: A, shape: A, out_s: A, out_t: A, out_near: A
 ) -> None:

@@ -2,8 +2,8 @@
 
 Faces that lie in one plane, touch and are of one material share a chart: the rectangle round them
 in their plane. Every other face has one of its own, with normals that turn smoothly where its
-neighbours do. Which side of a surface is lit is not asked of its winding, which models often have
-wrong, but of the free space before it.
+neighbours do. Which side of a surface is lit is not asked of its winding alone, which models often
+have wrong: see `belvedere.model.fronts`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.model.charts import Charts
+from belvedere.model.fronts import find_fronts
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
 
@@ -26,12 +27,6 @@ FLAT_M = 2e-3
 """Metres that two planes may lie apart and still be one."""
 CREASE_COSINE = 0.77
 """Of forty degrees: edges that are sharper stay edges, others are shaded round."""
-PROBES = 12
-"""Rays on each side of a chart that ask which side is open."""
-PROBE_M = 4.0
-"""What is farther off than this is open."""
-OPEN_ALIKE = 0.5
-"""A surface whose darker side is at least this open, beside the other, is seen from both."""
 MOST_TOGETHER = 4096
 """Faces of one chart; a plane of more is cut."""
 
@@ -51,9 +46,10 @@ def charts_of(mesh: Mesh, caster: RayCaster, threads: int | None = None) -> Char
     from belvedere.model import _chart_kernels
 
     corners = mesh.vertices[mesh.faces]
-    normals = mesh.normals()
     welded = _welded(corners.reshape(-1, 3)).reshape(-1, 3)
     pair_a, pair_b = _across_edges(welded)
+    fronts = find_fronts(mesh, welded, pair_a, pair_b, caster, threads)
+    normals = mesh.normals() * fronts.sign[:, None]
     heights = np.einsum("ij,ij->i", normals, corners[:, 0])
     kind = np.where(normals.any(axis=1), mesh.material_index, -1 - np.arange(len(normals)))
     root = np.arange(len(normals), dtype=np.int32)
@@ -70,18 +66,14 @@ def charts_of(mesh: Mesh, caster: RayCaster, threads: int | None = None) -> Char
     of_face[order] = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(order))))
     charts, st = _rectangles(corners, normals, order, starts)
     alone = order[starts][~together[order[starts]]]
-    _own_charts(charts, st, of_face, alone, corners, smooth)
+    _own_charts(charts, st, of_face, alone, corners, smooth, fronts.sign[alone] < 0.0)
     chart_corners, chart_normals = charts
-    material = mesh.material_index[order[starts]]
-    turned, both = _open_sides(chart_corners, chart_normals, caster, of_face, corners, threads)
-    flip = np.flatnonzero(turned)
-    # seen from the other side the corners run the other way: 0 1 2 3 becomes 1 0 3 2
-    chart_corners[flip] = chart_corners[flip][:, [1, 0, 3, 2]]
-    chart_normals[flip] = -chart_normals[flip][:, [1, 0, 3, 2]]
-    st[..., 0] = np.where(turned[of_face][:, None], 1.0 - st[..., 0], st[..., 0])
+    first = order[starts]
+    bent = np.abs(chart_normals - chart_normals[:, :1]).max(axis=(1, 2)) > 1e-6
     return Charts(
-        chart_corners, chart_normals, material.astype(np.int32), of_face,
-        st.astype(np.float32), np.zeros((0, 5)), covered=False, two_sided=both,
+        chart_corners, chart_normals, mesh.material_index[first].astype(np.int32), of_face,
+        st.astype(np.float32), np.zeros((0, 5)), joined=bent, covered=False,
+        two_sided=fronts.both[first],
     )  # fmt: skip
 
 
@@ -177,50 +169,22 @@ def _rectangles(
 
 def _own_charts(
     charts: tuple[F8, F8], st: F8, of_face: I4, alone: npt.NDArray[np.int64], corners: F8,
-    smooth: F8,
+    smooth: F8, turned: npt.NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Charts of single faces: the parallelogram over their corners, which share their normals."""
+    """Charts of single faces: the parallelogram over their corners, which share their normals.
+
+    Where ``turned``, the corners run the other way round, so that the front is the front.
+    """
     if not len(alone):
         return
     rectangle, normals = charts
-    a, b, c = corners[alone, 0], corners[alone, 1], corners[alone, 2]
+    order = np.where(turned[:, None], [[0, 2, 1]], [[0, 1, 2]])[..., None]
+    a, b, c = np.take_along_axis(corners[alone], order, axis=1).transpose(1, 0, 2)
     k = of_face[alone]
     rectangle[k] = np.stack([a, b, b + c - a, c], axis=1)
-    n = smooth[alone]
+    n = np.take_along_axis(smooth[alone], order, axis=1)
     fourth = n[:, 1] + n[:, 2]
     fourth /= np.maximum(np.linalg.norm(fourth, axis=1, keepdims=True), 1e-12)
     normals[k] = np.stack([n[:, 0], n[:, 1], fourth, n[:, 2]], axis=1)
-    st[alone] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-
-
-def _open_sides(
-    chart_corners: F8, chart_normals: F8, caster: RayCaster, of_face: I4, corners: F8,
-    threads: int | None,
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:  # fmt: skip
-    """Which charts are open on their back rather than their front, and which on both sides.
-
-    Rays leave the middle of each chart's first face; how far they get, up to `PROBE_M`, tells.
-    """
-    _, first = np.unique(of_face, return_index=True)
-    middle = corners[first].mean(axis=1)
-    normal = chart_normals.mean(axis=1)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    k = np.arange(PROBES) + 0.5
-    z, angle = 1.0 - 0.9 * k / PROBES, 2.399963 * k
-    ring = np.sqrt(1.0 - z * z)
-    side = np.cross(normal, np.where(np.abs(normal[:, 2:]) < 0.9, [[0, 0, 1.0]], [[1.0, 0, 0]]))
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
-    other = np.cross(normal, side)
-    reach = np.zeros((2, len(normal)))
-    for j in range(PROBES):
-        across = ring[j] * (np.cos(angle[j]) * side + np.sin(angle[j]) * other)
-        for way, sign in enumerate((1.0, -1.0)):
-            along = z[j] * sign * normal + across
-            along[~along.any(axis=1)] = [0.0, 0.0, 1.0]  # a chart without area: any way
-            start = middle + 1e-3 * sign * normal
-            hit = caster.cast(start, along, threads)
-            reach[way] += np.minimum(hit.t, PROBE_M)
-    front, back = reach / (PROBES * PROBE_M)
-    turned = back > 1.5 * front + 0.02
-    both = np.minimum(front, back) > OPEN_ALIKE * np.maximum(front, back)
-    return turned, both
+    half, other = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]
+    st[alone] = np.where(turned[:, None, None], other, half)

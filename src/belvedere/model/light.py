@@ -159,6 +159,9 @@ def bake(
         back[which] = seen_back
         groups.append((which, link, rays))
     valid = (back < INSIDE)[copies] & ~in_cutouts(charts, lattice, chart, place)
+    if not charts.covered:  # a chart that has no good point does with what it has
+        good = np.bincount(chart[valid], minlength=len(charts.material)) > 0
+        valid |= wanted & ~good[chart]
     joined = None if charts.joined is None else charts.joined[chart]
 
     def spread(seen: F4) -> F4:

@@ -19,9 +19,9 @@ SOFT_POINTS, SUN_POINTS = 3e6, 1.2e7
 """Points of light of a model at most: a larger one has them farther apart."""
 LAMP_M2 = 14.0
 """Square metres of a room for which one lamp is enough."""
-LAMP_DROP_M = 0.35
+LAMP_DROP_M = 0.55
 """How far below the ceiling a room's lamp hangs."""
-LAMP_POWER = (1.5, 1.3, 1.02)
+LAMP_POWER = (1.3, 1.12, 0.88)
 """Linear radiance of a white surface facing a lamp at one metre: a warm sixty watts."""
 
 __all__ = ["light_model", "room_lamps"]

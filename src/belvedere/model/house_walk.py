@@ -63,7 +63,7 @@ class _Floor:
         reach = caster.cast(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape)).t
         free = (np.abs(reach - HEAD_M) < STEP_M).reshape(nx, ny)
         free[[0, -1]] = free[:, [0, -1]] = False
-        self.far = ndimage.distance_transform_edt(free) * PLACE_M
+        self.far = np.asarray(ndimage.distance_transform_edt(free)) * PLACE_M
         index = np.arange(nx * ny).reshape(nx, ny)
         fits = self.far >= BODY_M
         a, b, cost = [], [], []
@@ -95,7 +95,7 @@ class _Floor:
         off = np.hypot(x - far.shape[0] / 2.0, y - far.shape[1] / 2.0) * PLACE_M
         best = np.argmin(off - 3.0 * np.minimum(far, COMFORT_M))
         place = np.array(np.unravel_index(best, far.shape)) + low
-        return place * PLACE_M + self.origin
+        return np.asarray(place * PLACE_M + self.origin, np.float64)
 
     def way(self, start: F8, end: F8) -> F8:
         """(N, 2) the way between two points that stand on free places."""
@@ -155,7 +155,7 @@ def recorded_walk(plan: HousePlan, tour: Sequence[str], caster: RayCaster) -> Ca
         leg = [floors[next_level].way(ends[-1, :2], end)]
     last = rooms[-1].storey
     eyes.append(_lifted(floors[last].rounded(np.concatenate(leg)), storeys[last]))
-    return _walked(np.concatenate(eyes) + [0.0, 0.0, EYE_M])
+    return _walked(np.concatenate(eyes) + np.array([0.0, 0.0, EYE_M]))
 
 
 def _lifted(line: F8, z: float) -> F8:
@@ -165,7 +165,8 @@ def _lifted(line: F8, z: float) -> F8:
 def _stair_line(plan: HousePlan) -> F8:
     """(4, 3) feet on the way up: before the stair, on its ends, on the gallery."""
     void, stair = plan.void(), plan.stair
-    assert void is not None and stair is not None
+    assert void is not None
+    assert stair is not None
     y, top = void[3] - stair.width / 2.0, plan.level_above
     return np.array(
         [

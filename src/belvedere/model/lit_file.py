@@ -135,7 +135,7 @@ def _arrays(model: LitModel) -> dict[str, A]:
         "vertices": mesh.vertices, "faces": mesh.faces, "material_index": mesh.material_index,
         "uv": mesh.uv, "colors": mesh.colors, "corners": charts.corners,
         "normals": charts.normals, "material": charts.material, "of_face": charts.of_face,
-        "st": charts.st, "cutouts": charts.cutouts, "two_sided": charts.two_sided,
+        "st": charts.st, "cutouts": charts.cutouts, "two_sided": charts.two_sided, "joined": charts.joined,
         "soft_first": light.soft_lattice.first, "soft_shape": light.soft_lattice.shape,
         "soft": light.soft, "sun_first": light.sun_lattice.first,
         "sun_shape": light.sun_lattice.shape, "sun": light.sun, "sun_color": light.sun_color,
@@ -160,7 +160,8 @@ def _model(header: dict[str, Any], arrays: dict[str, A]) -> LitModel:
     )  # fmt: skip
     charts = Charts(
         arrays["corners"], arrays["normals"], arrays["material"], arrays["of_face"], arrays["st"],
-        arrays["cutouts"], bool(header["covered"]), arrays.get("two_sided"),
+        arrays["cutouts"], joined=arrays.get("joined"), covered=bool(header["covered"]),
+        two_sided=arrays.get("two_sided"),
     )  # fmt: skip
     light = LightMap(
         Lattice(arrays["soft_first"], arrays["soft_shape"]), arrays["soft"],

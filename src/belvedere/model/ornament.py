@@ -192,5 +192,5 @@ def _strip(b: Builder, points: F8, line: F8, material: int) -> None:
         normals = np.cross(unit[first : last + 1, None], up)
         length = np.linalg.norm(along[first : last + 1], axis=1)
         v, u = np.meshgrid(np.array([0.0, 1.0]), np.arange(len(part)) * 0.02)
-        uv = np.stack([v * length[:, None] * 0.5, u], axis=2)
+        uv = np.stack([v * length[:, None] * 0.5, u], axis=2).astype(np.float64)
         grid(b, part, material, uv, normals)

@@ -234,8 +234,8 @@ class Space:
 
         if len(self._doors) == 0:
             return True
-        far = ndimage.distance_transform_edt(np.pad(~taken, 1))
-        label, _ = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
+        far = np.asarray(ndimage.distance_transform_edt(np.pad(~taken, 1)))
+        label = np.asarray(ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)[0])  # type: ignore[index]
         x0, y0, _, _ = self.rect
         found = set()
         for x, y in self._doors:

@@ -63,7 +63,7 @@ class _Floor:
         reach = caster.cast(start, np.broadcast_to([0.0, 0.0, -1.0], start.shape)).t
         free = (np.abs(reach - HEAD_M) < STEP_M).reshape(nx, ny)
         free[[0, -1]] = free[:, [0, -1]] = False
-        self.far = ndimage.distance_transform_edt(free) * PLACE_M
+        self.far = np.asarray(ndimage.distance_transform_edt(free)) * PLACE_M
         index = np.arange(nx * ny).reshape(nx, ny)
         fits = self.far >= BODY_M
         a, b, cost = [], [], []
@@ -116,7 +116,7 @@ class _Floor:
     def _near(self, point: F8) -> F8:
         fits = np.argwhere(self.far >= BODY_M)
         place = (point - self.origin) / PLACE_M
-        return fits[np.argmin(((fits - place) ** 2).sum(axis=1))]
+        return np.asarray(fits[np.argmin(((fits - place) ** 2).sum(axis=1))], dtype=np.float64)
 
     def rounded(self, way: F8) -> F8:
         """(M, 2) the way at even steps, its corners cut where nothing stands near."""
@@ -155,7 +155,7 @@ def recorded_walk(plan: HousePlan, tour: Sequence[str], caster: RayCaster) -> Ca
         leg = [floors[next_level].way(ends[-1, :2], end)]
     last = rooms[-1].storey
     eyes.append(_lifted(floors[last].rounded(np.concatenate(leg)), storeys[last]))
-    return _walked(np.concatenate(eyes) + [0.0, 0.0, EYE_M])
+    return _walked(np.concatenate(eyes) + np.array([0.0, 0.0, EYE_M]))
 
 
 def _lifted(line: F8, z: float) -> F8:
@@ -165,7 +165,8 @@ def _lifted(line: F8, z: float) -> F8:
 def _stair_line(plan: HousePlan) -> F8:
     """(4, 3) feet on the way up: before the stair, on its ends, on the gallery."""
     void, stair = plan.void(), plan.stair
-    assert void is not None and stair is not None
+    assert void is not None
+    assert stair is not None
     y, top = void[3] - stair.width / 2.0, plan.level_above
     return np.array(
         [

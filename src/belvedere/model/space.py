@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -234,8 +235,9 @@ class Space:
 
         if len(self._doors) == 0:
             return True
-        far = ndimage.distance_transform_edt(np.pad(~taken, 1))
-        label, _ = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
+        far = np.asarray(ndimage.distance_transform_edt(np.pad(~taken, 1)))
+        found_label: Any = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
+        label: npt.NDArray[np.int32] = found_label[0]
         x0, y0, _, _ = self.rect
         found = set()
         for x, y in self._doors:

@@ -7,7 +7,13 @@ from pen import BLUE, GREEN, INK, ORANGE, PANEL, SOFT, TEAL, Pen
 FLOORS: tuple[tuple[int, tuple[tuple[str, str], ...]], ...] = (
     (5, (("cli", "parse, show, save: no algorithm lives here"),)),
     (4, (("studio", "open, check, walk, evaluate, report"),)),
-    (3, (("techniques that stand on others", "layered images, relief, hulls, portals: to come"),)),
+    (
+        3,
+        (
+            ("walkthrough", "cells, portals, frames"),
+            ("to come", "layered images, relief, hulls"),
+        ),
+    ),
     (
         2,
         (("warp", "equation, order, reconstructors"), ("model", "ray casting, the built-in house")),
@@ -24,7 +30,8 @@ def floors() -> str:
     pen.line([(left - 26, 92), ((left + right) / 2, 26), (right + 26, 92)], INK, 2.4, fill=PANEL)
     pen.text(((left + right) / 2, 74), "belvedere", INK, 19, "middle", "bold")
     y = 92.0
-    tints = {"cli": "#e8d9c5", "studio": "#dfe6d5", "warp": "#d4e3ea", "model": "#d4e3ea",
+    tints = {"cli": "#e8d9c5", "studio": "#dfe6d5", "walkthrough": "#dde0ee", "warp": "#d4e3ea",
+             "model": "#d4e3ea",
              "scene": "#eadfd4", "ground": "#dedbd2"}  # fmt: skip
     for floor, rooms in FLOORS:
         width = (right - left) / len(rooms)

@@ -68,7 +68,7 @@ def test_random_triangles_are_those_of_the_slow_twin(seed: int) -> None:
     quads = middle + rng.uniform(-size, size, (12, 4, 3))
     quads[:, 3] = quads[:, 0] + quads[:, 2] - quads[:, 1]
     model = evenly_lit(quads)
-    camera = Camera.look_at(rng.normal(0, 1, 3), rng.normal(0, 0.5, 3) + [4, 0, 0],
+    camera = Camera.look_at(rng.normal(0, 1, 3), rng.normal((4.0, 0.0, 0.0), 0.5),
                             fov_deg=float(rng.uniform(20, 120)), width=48, height=36)  # fmt: skip
     face, delta = nearest_faces(model.mesh, camera)
     _, disparity, drawn = Rasterizer(model).draw(camera)
@@ -125,8 +125,10 @@ def test_what_lies_outside_the_planes_may_be_left_out_and_nothing_inside_is(hous
     camera = Camera.look_at(*CAMERAS[0][:2], fov_deg=60, width=200, height=150)
     whole = Rasterizer(house).draw(camera)
     left, right = camera.rays([60, 140], [75, 75])
-    planes = np.array([np.cross(camera.matrix[:, 1], left), -np.cross(camera.matrix[:, 1], right)])
-    planes *= np.sign(planes @ camera.rays(100, 75))[:, None]
+    planes = np.asarray(
+        [np.cross(camera.matrix[:, 1], left), -np.cross(camera.matrix[:, 1], right)], np.float64
+    )
+    planes = planes * np.sign(planes @ camera.rays(100, 75))[:, None]
     rasterizer = Rasterizer(house)
     color, _, face = rasterizer.draw(camera, [(rasterizer.prepare(), planes)])
     np.testing.assert_array_equal(color[:, 61:140], whole[0][:, 61:140])

@@ -47,7 +47,7 @@ def _meet(_: int) -> int:
 def test_a_cluster_that_is_not_there_is_named(monkeypatch) -> None:
     monkeypatch.setattr(tasks, "PATIENCE_S", 0.5)
     with (
-        pytest.raises(InputError, match="no Dask scheduler answers at tcp://127.0.0.1:9"),
+        pytest.raises(InputError, match="no Dask scheduler answers"),
         crew("tcp://127.0.0.1:9"),
     ):
         pass

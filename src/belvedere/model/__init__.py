@@ -20,6 +20,7 @@ from belvedere.model.light import Lamp, LightMap, LightSettings, bake
 from belvedere.model.lighting import light_model, room_lamps
 from belvedere.model.lit_file import load_lit_model, save_lit_model
 from belvedere.model.model_scene import ModelScene
+from belvedere.model.opengl_rasterize import OpenGLDrawList, OpenGLRasterizer
 from belvedere.model.photograph import LitModel, photograph, photograph_pixels
 from belvedere.model.rasterize import DrawList, Rasterizer
 from belvedere.model.raycast import Hits, RayCaster
@@ -42,6 +43,8 @@ __all__ = [
     "LitModel",
     "ModelScene",
     "ModelSource",
+    "OpenGLDrawList",
+    "OpenGLRasterizer",
     "Opening",
     "Rasterizer",
     "RayCaster",

@@ -140,6 +140,49 @@ def exact_disparity(
 
 
 @kernel
+def plane_disparities(
+    face: A, row0: int, row1: int, matrix: A, eye: A, plane: A, out_disparity: A
+) -> int:
+    """Disparity of pixels in some rows from the planes of the faces they show; 0 in the sky.
+
+    Args:
+        face: (H, W) int32; -1 is the sky.
+        row0: first row.
+        row1: the row after the last.
+        matrix: (3, 3) of the camera.
+        eye: (3,) in the planes' frame.
+        plane: (M, 4) normal and height.
+        out_disparity: (H, W) float32; NaN where a plane is seen edge on.
+
+    Returns:
+        How many are NaN.
+    """
+    unknown = 0
+    for y in range(row0, row1):
+        before, start, slope = -1, 0.0, 0.0
+        for x in range(face.shape[1]):
+            f = face[y, x]
+            if f < 0:
+                out_disparity[y, x] = 0.0
+                continue
+            if f != before:
+                before = f
+                nx, ny, nz = plane[f, 0], plane[f, 1], plane[f, 2]
+                above = plane[f, 3] - (nx * eye[0] + ny * eye[1] + nz * eye[2])
+                slope = (nx * matrix[0, 0] + ny * matrix[1, 0] + nz * matrix[2, 0]) / above
+                start = nx * (matrix[0, 1] * y + matrix[0, 2])
+                start += ny * (matrix[1, 1] * y + matrix[1, 2])
+                start = (start + nz * (matrix[2, 1] * y + matrix[2, 2])) / above
+            delta = start + slope * x
+            if 1e-9 < delta < 1e9:
+                out_disparity[y, x] = delta
+            else:  # NaN too
+                out_disparity[y, x] = math.nan
+                unknown += 1
+    return unknown
+
+
+@kernel
 def find_plain(chart: A, flat: A, out_plain: A) -> None:
     """Pixels whose 3x3 neighbours (H, W) all see one flat chart, or all the sky."""
     height, width = chart.shape

@@ -112,7 +112,12 @@ class Builder:
         return self._rotation @ np.asarray(point, dtype=np.float64) + self._shift
 
     def patches(
-        self, corners: npt.ArrayLike, material: int, uv: npt.ArrayLike, normals: F8 | None = None
+        self,
+        corners: npt.ArrayLike,
+        material: int,
+        uv: npt.ArrayLike,
+        normals: F8 | None = None,
+        bends: F8 | None = None,
     ) -> None:
         """Add K quads, one chart and two faces each.
 
@@ -121,7 +126,10 @@ class Builder:
             material: index from `material`.
             uv: (K, 4, 2) texture coordinates, in repeats of the texture.
             normals: (K, 4, 3) shading normals; None for flat quads.
+            bends: (K, 4, 3) normals from which the edges along s are bent, where they are not the
+                shading normals: the rim of a disc. Only builders that bend edges use them.
         """
+        del bends
         points = np.asarray(corners, dtype=np.float64)
         flat = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
         shading = np.repeat(flat[:, None], 4, axis=1) if normals is None else normals

@@ -454,7 +454,7 @@ def _pan_rail(f: Furnisher) -> None:
             fixtures.pan(f.b, f.m, 0.07 + 0.006 * k, 0.06)
 
 
-def _bedroom(f: Furnisher) -> None:
+def _bedroom(f: Furnisher, rug: bool = True) -> None:
     width = 1.6 if f.room.kind != "guest" else 1.0
     spot = f.space.against_wall(width + 0.2, 2.15, 1.2, 0.0, "middle") or f.space.against_wall(
         1.15, 2.15, 1.2
@@ -481,7 +481,8 @@ def _bedroom(f: Furnisher) -> None:
     middle = f.space.inside(0.5, 0.5, 0.9)
     if middle is not None:
         with f.at(middle):
-            decor.rug(f.b, f.m["kilim"], f.m["rug_edge"], 1.8, 0.9)
+            if rug:
+                decor.rug(f.b, f.m["kilim"], f.m["rug_edge"], 1.8, 0.9)
             pieces.stool(f.b, f.m)
     _plant(f)
     _ceiling(f, 0.8)
@@ -489,7 +490,7 @@ def _bedroom(f: Furnisher) -> None:
 
 def _chamber(f: Furnisher) -> None:
     """A large bedroom to sit in, too."""
-    _bedroom(f)
+    _bedroom(f, False)
     spot = f.space.against_wall(2.2, 0.95, 0.7, 0.4)
     if spot is not None:
         with f.at(spot, 0.50):

@@ -95,7 +95,7 @@ class _Floor:
         off = np.hypot(x - far.shape[0] / 2.0, y - far.shape[1] / 2.0) * PLACE_M
         best = np.argmin(off - 3.0 * np.minimum(far, COMFORT_M))
         place = np.array(np.unravel_index(best, far.shape)) + low
-        return place * PLACE_M + self.origin
+        return np.asarray(place * PLACE_M + self.origin, np.float64)
 
     def way(self, start: F8, end: F8) -> F8:
         """(N, 2) the way between two points that stand on free places."""

@@ -39,7 +39,8 @@ def lathe(
         points = run[:, None, :1] * around + run[:, None, 1:] * up
         normals = slope[:, None, 1:] * around - slope[:, None, :1] * up
         u, v = np.meshgrid(angle / (2 * np.pi) * repeats, length[first : last + 1] * scale)
-        grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals)
+        bends = np.broadcast_to(around, points.shape)
+        grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals, bends)
 
 
 def smooth_runs(line: F8) -> list[tuple[int, int]]:
@@ -82,7 +83,8 @@ def ball(
     points = line[:, None, :1] * around + line[:, None, 1:] * up
     normals = points / np.array([1.0, 1.0, squash**2])
     u, v = np.meshgrid(angle / (2 * np.pi), rise / np.pi + 0.5)
-    grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals)
+    bends = np.broadcast_to(around, points.shape)
+    grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals, bends)
 
 
 def bar(
@@ -190,5 +192,5 @@ def _strip(b: Builder, points: F8, line: F8, material: int) -> None:
         normals = np.cross(unit[first : last + 1, None], up)
         length = np.linalg.norm(along[first : last + 1], axis=1)
         v, u = np.meshgrid(np.array([0.0, 1.0]), np.arange(len(part)) * 0.02)
-        uv = np.stack([v * length[:, None] * 0.5, u], axis=2)
+        uv = np.stack([v * length[:, None] * 0.5, u], axis=2).astype(np.float64)
         grid(b, part, material, uv, normals)

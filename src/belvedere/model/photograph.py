@@ -336,7 +336,7 @@ def _evenly_colored(mesh: Mesh, charts: Charts) -> npt.NDArray[np.bool_]:
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, charts.of_face, mesh.colors.min(axis=1))
     np.maximum.at(high, charts.of_face, mesh.colors.max(axis=1))
-    return ~(high > low).any(axis=1)
+    return np.asarray(~(high > low).any(axis=1))
 
 
 def _texel_density(

@@ -81,6 +81,11 @@ class Rasterizer:
         self._corners = _same_vertices(self._vertices)[model.mesh.faces]
         self._all: DrawList | None = None
 
+    @property
+    def tables(self) -> DrawTables:
+        """What shading looks up, positions counted from `origin`."""
+        return self._tables
+
     def prepare(self, faces: npt.ArrayLike | None = None) -> DrawList:
         """Make some faces ready to be drawn.
 

@@ -74,8 +74,18 @@ def panel(
     b.patches(corners, material, (uv[:, ::-1] if turn else uv)[None])
 
 
-def grid(b: Builder, points: F8, material: int, uv: F8, normals: F8 | None = None) -> None:
-    """A smooth surface through (m, n, 3) points; its front is (d/dn) x (d/dm)."""
+def grid(
+    b: Builder,
+    points: F8,
+    material: int,
+    uv: F8,
+    normals: F8 | None = None,
+    bends: F8 | None = None,
+) -> None:
+    """A smooth surface through (m, n, 3) points; its front is (d/dn) x (d/dm).
+
+    ``bends`` (m, n, 3): see `Builder.patches`.
+    """
     if normals is None:
         normals = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
 
@@ -83,7 +93,8 @@ def grid(b: Builder, points: F8, material: int, uv: F8, normals: F8 | None = Non
         quads = np.stack([a[:-1, :-1], a[:-1, 1:], a[1:, 1:], a[1:, :-1]], axis=2)
         return quads.reshape(-1, 4, a.shape[2])
 
-    b.patches(corners(points), material, corners(uv), corners(normals))
+    bent = None if bends is None else corners(bends)
+    b.patches(corners(points), material, corners(uv), corners(normals), bent)
 
 
 def turned(
@@ -104,7 +115,8 @@ def turned(
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     girth = 2.0 * np.pi * float(line[:, 0].max())
     u, v = np.meshgrid(angle / (2.0 * np.pi) * max(round(girth * scale), 1), length * scale)
-    grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals)
+    bends = np.broadcast_to(around, points.shape)
+    grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals, bends)
 
 
 def tube(

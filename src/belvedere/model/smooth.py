@@ -63,6 +63,7 @@ class SmoothBuilder(Builder):
     def __init__(self) -> None:
         super().__init__()
         self._smooth: dict[int, int] = {}
+        self._bends: dict[int, F8] = {}
         self._depth = self._piece = 0
 
     @contextmanager
@@ -77,11 +78,19 @@ class SmoothBuilder(Builder):
         self._depth -= 1
 
     def patches(
-        self, corners: npt.ArrayLike, material: int, uv: npt.ArrayLike, normals: F8 | None = None
+        self,
+        corners: npt.ArrayLike,
+        material: int,
+        uv: npt.ArrayLike,
+        normals: F8 | None = None,
+        bends: F8 | None = None,
     ) -> None:
         """As `Builder.patches`; quads with normals are smooth."""
         if normals is not None:
-            self._smooth[len(self._vertices)] = self._piece
+            k = len(self._vertices)
+            self._smooth[k] = self._piece
+            if bends is not None:
+                self._bends[k] = bends @ self._rotation.T
         super().patches(corners, material, uv, normals)
 
     def refined(self, polygons: int) -> tuple[Mesh, Charts]:
@@ -112,8 +121,9 @@ class SmoothBuilder(Builder):
         blocks = list(self._smooth)
         corners = np.concatenate([self._vertices[k].reshape(-1, 4, 3) for k in blocks])
         normals = np.concatenate([self._normals[k] for k in blocks])
+        bends = np.concatenate([self._bends.get(k, self._normals[k]) for k in blocks])
         size = np.array([len(self._chart[k]) for k in blocks])
-        controls, bend = _edge_controls(corners, normals)
+        controls, bend = _edge_controls(corners, bends, normals)
         first = np.concatenate([[0], np.cumsum(size)[:-1]])
         return _Curved(
             corners,
@@ -154,12 +164,15 @@ class SmoothBuilder(Builder):
         return mesh, replace(charts, joined=joined)
 
 
-def _edge_controls(corners: F8, normals: F8) -> tuple[F8, F8]:
-    """(Q, 4, 2, 3) inner control points of cubic edges; (Q, 2) how far those leave the chords."""
+def _edge_controls(corners: F8, along_s: F8, along_t: F8) -> tuple[F8, F8]:
+    """(Q, 4, 2, 3) inner control points of cubic edges; (Q, 2) how far those leave the chords.
+
+    ``along_s`` and ``along_t`` (Q, 4, 3) are the normals from which edges along s and t are bent.
+    """
     controls = np.empty((len(corners), 4, 2, 3))
     bend = np.zeros((len(corners), 2))
     for edge, (a, c) in enumerate(_EDGES):
-        p, q = corners[:, a], corners[:, c]
+        p, q, normals = corners[:, a], corners[:, c], along_s if edge < 2 else along_t
         along = q - p
         chord = np.maximum(np.linalg.norm(along, axis=1), 1e-12)
         up = np.einsum("ij,ij->i", along, normals[:, a]) / chord

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -236,8 +235,7 @@ class Space:
         if len(self._doors) == 0:
             return True
         far = np.asarray(ndimage.distance_transform_edt(np.pad(~taken, 1)))
-        found_label: Any = ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)
-        label: npt.NDArray[np.int32] = found_label[0]
+        label = np.asarray(ndimage.label(far[1:-1, 1:-1] * SQUARE > BODY)[0])  # type: ignore[index]
         x0, y0, _, _ = self.rect
         found = set()
         for x, y in self._doors:

@@ -187,7 +187,7 @@ def measure_holes(
 def _see_through(
     caster: RayCaster, side: Side, eyes: F8, points: F8, threads: int | None
 ) -> npt.NDArray[np.bool_]:
-    """(C, N) whether each of C eyes sees each of N points beyond a portal, through its rectangle."""
+    """(C, N) whether each of C eyes sees each of N points beyond a portal, through it."""
     towards = (eyes[:, None] - points).reshape(-1, 3)
     starts = np.broadcast_to(points, (len(eyes), *points.shape)).reshape(-1, 3)
     height = (starts - side.portal.center) @ side.normal

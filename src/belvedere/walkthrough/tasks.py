@@ -88,7 +88,8 @@ def crew(cluster: str | None = None, workers: int | None = None) -> Iterator[Cre
         count = thread_count(workers)
         with (
             LocalCluster(
-                n_workers=1, threads_per_worker=count, processes=False, dashboard_address=None,
+                n_workers=1, threads_per_worker=count, processes=False,
+                dashboard_address=None,  # type: ignore[arg-type] - its way to say none
                 memory_limit=0,
             ) as here,
             Client(here) as client,

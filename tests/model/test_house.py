@@ -248,8 +248,14 @@ def test_nobody_looks_at_the_back_of_a_surface(name: str) -> None:
     assert wrong <= 0.004 * total  # open shades, the inside of pots, grazing rims
 
 
-def test_one_seed_gives_the_same_bytes_on_one_thread_as_on_several(flat: House) -> None:
-    again = build_house("flat", rays=8, threads=1)
+def test_one_thread_builds_the_same_bytes_and_tells_how_far_it_is(flat: House) -> None:
+    told: list[tuple[int, int]] = []
+    again = build_house(
+        "flat", rays=8, threads=1, progress=lambda done, total, _: told.append((done, total))
+    )
+    assert told == sorted(told)
+    assert told[-1] == (100, 100)
+    assert len(told) > 20
     for part in ("vertices", "faces", "uv"):
         np.testing.assert_array_equal(getattr(again.mesh, part), getattr(flat.mesh, part))
     np.testing.assert_array_equal(again.light.soft, flat.light.soft)
@@ -307,7 +313,9 @@ def test_light_is_continuous_over_a_turned_body(flat: House) -> None:
         ("name", "palace", r"build_house\.name is 'palace', expected one of"),
         ("seed", -1, r"build_house\.seed is -1, expected a whole"),
         ("detail", 0, r"build_house\.detail is 0, expected a whole"),
-        ("detail", 1.5, r"build_house\.detail is 1\.5, expected a whole"),
+        ("seed", 0.5, r"build_house\.seed is 0\.5, expected a whole"),
+        ("detail", 21, r"build_house\.detail is 21, expected a whole"),
+        ("rays", 5000, r"build_house\.rays is 5000, expected a whole"),
         ("rays", 1, r"build_house\.rays is 1, expected a whole"),
     ],
 )

@@ -136,7 +136,6 @@ def _opened(place: Path, file: Any) -> tuple[dict[str, Any], int, Any]:
     return header, start, data
 
 
-<<<<<<< HEAD
 def _mapped(header: dict[str, Any], start: int, data: Any) -> dict[str, npt.NDArray[Any]]:
     arrays = {}
     for entry in header["arrays"]:
@@ -150,23 +149,6 @@ def _mapped(header: dict[str, Any], start: int, data: Any) -> dict[str, npt.NDAr
         flat = np.frombuffer(data, dtype=kind, count=count, offset=at)
         arrays[str(entry["name"])] = flat.reshape(shape)
     return arrays
-=======
-def _arrays(model: LitModel) -> dict[str, A]:
-    mesh, charts, light = model.mesh, model.charts, model.light
-    arrays: dict[str, A | None] = {
-        "vertices": mesh.vertices, "faces": mesh.faces, "material_index": mesh.material_index,
-        "uv": mesh.uv, "colors": mesh.colors, "corners": charts.corners,
-        "normals": charts.normals, "material": charts.material, "of_face": charts.of_face,
-        "st": charts.st, "cutouts": charts.cutouts, "two_sided": charts.two_sided, "joined": charts.joined,
-        "soft_first": light.soft_lattice.first, "soft_shape": light.soft_lattice.shape,
-        "soft": light.soft, "sun_first": light.sun_lattice.first,
-        "sun_shape": light.sun_lattice.shape, "sun": light.sun, "sun_color": light.sun_color,
-    }  # fmt: skip
-    for k, material in enumerate(mesh.materials):
-        arrays[f"texture{k}"] = material.texture
-    held = {k: np.ascontiguousarray(v) for k, v in arrays.items() if v is not None}
-    return {k: v.astype(v.dtype.newbyteorder("<"), copy=False) for k, v in held.items()}
->>>>>>> main
 
 
 def _model(header: dict[str, Any], arrays: dict[str, npt.NDArray[Any]]) -> LitModel:
@@ -185,14 +167,8 @@ def _model(header: dict[str, Any], arrays: dict[str, npt.NDArray[Any]]) -> LitMo
     )  # fmt: skip
     names = ("corners", "normals", "material", "of_face", "st", "cutouts")
     charts = Charts(
-<<<<<<< HEAD
         *(arrays[f"chart_{name}"] for name in names), joined=arrays.get("chart_joined"),
         covered=bool(header["covered"]), two_sided=arrays.get("chart_two_sided"),
-=======
-        arrays["corners"], arrays["normals"], arrays["material"], arrays["of_face"], arrays["st"],
-        arrays["cutouts"], joined=arrays.get("joined"), covered=bool(header["covered"]),
-        two_sided=arrays.get("two_sided"),
->>>>>>> main
     )  # fmt: skip
     soft = Lattice(arrays["soft_first"], arrays["soft_shape"])
     sun = Lattice(arrays["sun_first"], arrays["sun_shape"])

@@ -17,7 +17,7 @@ from tests.cli.conftest import Program
 def test_help_teaches_every_command(program: Program) -> None:
     top = program("--help")
     assert top.status == 0
-    for name in ("demo", "info", "render", "evaluate", "convert", "bench"):
+    for name in ("demo", "info", "render", "evaluate", "convert", "prepare", "walk", "bench"):
         assert name in top.out
         page = program(name, "--help")
         assert page.status == 0
@@ -224,3 +224,62 @@ def test_convert_mends_a_wrong_scale_for_good(
     wrong, mended = read_views(cameras_json_capture), read_views(tmp_path / "mended")
     ratio = wrong[0].disparity / mended[0].disparity
     np.testing.assert_allclose(ratio, 0.01 / wrong.facts["depth_scale"], rtol=1e-3)
+
+
+def test_a_building_is_prepared_and_walked(program: Program, tmp_path: Path) -> None:
+    """The whole road on a small scale, as scripts read it."""
+    pytest.importorskip("distributed", reason="needs dask (pip install 'belvedere[cluster]')")
+    scene = tmp_path / "flat"
+    words = ("prepare", "built-in:flat", "--rays", 4, "--references", 2, "--texels", 32)
+    guess = json.loads(program(*words, "--dry-run", "--json").out)
+    assert guess["cells"] == 2
+    made = json.loads(program(*words, "-o", scene, "--json").out)
+    assert set(made) >= {
+        "cells",
+        "portals",
+        "doors",
+        "references",
+        "bytes",
+        "seconds",
+        "cell_names",
+    }
+    assert made["cells"] == 2 == len(made["cell_names"])
+    assert made["bytes"] == sum(p.stat().st_size for p in scene.rglob("*") if p.is_file())
+    again = program(*words, "-o", scene)
+    assert again.status == 2
+    assert "--force" in again.err
+    told = program(
+        "walk", scene, "--frames", 3, "--size", "96x72", "--compare", "--json",
+        "-o", tmp_path / "walk.mp4", "--report", tmp_path / "report",
+    )  # fmt: skip
+    found = json.loads(told.out)
+    assert (found["mode"], found["frames"]) == ("two", 3)
+    assert set(found["ms"]) == {"median", "p99", "cv"}
+    assert found["speedup_overall"] > 0
+    assert (tmp_path / "walk.mp4").stat().st_size > 1000
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert page.count("<img") == 4
+    alone = json.loads(program("walk", scene, "--frames", 2, "--size", "96x72", "--json").out)
+    assert alone["psnr"] is None
+    assert "walkthrough" in program("info", scene).out
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["prepare", "nothing.glb"], "nothing.glb"),
+        (["prepare", "built-in:castle"], "castle"),
+        (["prepare", "built-in:flat", "--cluster", "tcp://x:1", "--workers", "2"], "leave it out"),
+        (["walk", "nowhere"], "nowhere"),
+        (["walk", ".", "--path", "random"], "belvedere.json"),
+    ],
+)
+def test_buildings_of_no_use_are_refused(
+    program: Program, tmp_path: Path, monkeypatch, words: list[str], says: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = program(*words)
+    assert told.status == 2
+    assert says in told.err
+    assert "Traceback" not in told.err
+    assert len(told.err.strip().splitlines()) <= 3

@@ -120,12 +120,9 @@ def test_soup_degenerate_faces_and_one_triangle_do_no_harm() -> None:
     for corners in (soup, soup[10:11], soup[5:6]):
         count = len(corners)
         mesh = Mesh(
-            corners.reshape(-1, 3),
-            np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
-            np.zeros(count, np.int32),
-            np.zeros((count, 3, 2), np.float32),
-            (GREY,),
-        )
+            corners.reshape(-1, 3), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+            np.zeros(count, np.int32), np.zeros((count, 3, 2), np.float32), (GREY,),
+        )  # fmt: skip
         model = light_model(mesh, settings=QUICK)
         assert np.isfinite(model.light.soft).all()
         assert np.isfinite(model.light.sun).all()
@@ -171,6 +168,7 @@ def test_lamps_hang_in_every_room_and_below_its_ceiling() -> None:
 
 def test_an_empty_mesh_is_refused() -> None:
     none = np.zeros((0, 3), np.int32)
-    empty = Mesh(np.zeros((0, 3)), none, none[:, 0], np.zeros((0, 3, 2), np.float32), (GREY,))
+    uv = np.zeros((0, 3, 2), np.float32)
+    empty = Mesh(np.zeros((0, 3)), none, np.zeros(0, np.int32), uv, (GREY,))
     with pytest.raises(InputError, match="no faces"):
         light_model(empty)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -44,6 +45,11 @@ def info(
     Example: belvedere info capture/
     """
     from belvedere.studio.inspect import inspect_scene, median_depth
+    from belvedere.studio.scenes import is_walkthrough
+
+    if is_walkthrough(scene):
+        _say_walkthrough(scene, as_json)
+        return
 
     asked = stated(depth_scale, depth_kind, pose, axes, pixel_centers)
     facts = inspect_scene(scene, asked, format=layout, check=check)
@@ -79,3 +85,33 @@ def info(
             place = ", ".join(f"{x:.3f}" for x in entry.camera.center)
             size = f"{entry.camera.width}x{entry.camera.height}"
             say(f"  {entry.name}  {size}  at ({place})" + ("" if entry.has_depth else "  no depth"))
+
+
+def _say_walkthrough(scene: Path, as_json: bool) -> None:
+    """What a prepared building says of itself."""
+    from belvedere.walkthrough import Walkthrough
+
+    opened = Walkthrough.open(scene)
+    facts, counts = opened.facts, opened.facts["counts"]
+    disk = sum(path.stat().st_size for path in scene.rglob("*") if path.is_file())
+    faces = len(opened.model.mesh.faces)
+    if as_json:
+        say_json({"path": str(scene), "kind": "walkthrough", **counts, "polygons": faces,
+                  "disk_bytes": disk, "affords": opened.affords.as_dict(),
+                  "cell_names": [cell.name for cell in opened.graph.cells],
+                  "findings": facts["findings"]})  # fmt: skip
+        return
+    low, high = opened.viewing_region.low, opened.viewing_region.high
+    affords = opened.affords
+    doors = f"{counted(counts['portals'], 'portal')}, {counts['doors']} of them to walk through"
+    say(f"{scene}: a walkthrough of {counted(counts['cells'], 'cell')} and {doors}")
+    say(f"  model      {faces:,} polygons, {counted(counts['references'], 'reference')}; "
+        f"{disk / 1e6:.1f} MB on disk")  # fmt: skip
+    say(f"  cells      {', '.join(cell.name for cell in opened.graph.cells)}")
+    size = " x ".join(f"{x:.1f}" for x in high - low)
+    say(f"  extent     {size} m")
+    say(f"  affords    movement {affords.movement}, geometry {affords.geometry}, "
+        f"lighting {affords.lighting}")  # fmt: skip
+    for finding in facts["findings"]:
+        say(f"  note       {finding}")
+    say(f"  try        belvedere walk {scene}")

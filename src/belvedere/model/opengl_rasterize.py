@@ -53,8 +53,9 @@ class OpenGLRasterizer:
     """Draws one lit model with OpenGL 3.3, for frame after frame, into memory.
 
     A stand-in for `Rasterizer`, with the same lists and pictures but for rounding: faces agree on
-    all but some pixels of edges, and where faces coincide either may show. Whether it is faster depends on who draws: see `renderer`. With a
-    program that draws on the processor ("llvmpipe") it is slower than `Rasterizer`.
+    all but some pixels of edges, and where faces coincide either may show. Whether it is faster
+    depends on who draws: see `renderer`. With a program that draws on the processor ("llvmpipe")
+    it is slower than `Rasterizer`.
 
     Any thread may draw, one at a time.
 

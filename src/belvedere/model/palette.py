@@ -120,8 +120,9 @@ def add_house_materials(b: Builder, m: Palette, seed: int, threads: int | None =
     m |= {name: b.material(name, color) for name, color in _HOUSE_PLAIN.items()}
     for name, (texture, color) in _HOUSE_TINTED.items():
         image = images.get(texture)
-        m[name] = b.material(
-            name, color, b.materials[m[texture]].texture if image is None else image
-        )
+        if image is None:
+            image = b.materials[m[texture]].texture
+        assert image is None or image.dtype == np.uint8
+        m[name] = b.material(name, color, image)  # type: ignore[arg-type]
     m["milk_glass"] = b.material("milk_glass", (0.8, 0.78, 0.72), None, (0.85, 0.68, 0.46))
     m["flame"] = b.material("flame", (0.9, 0.8, 0.6), None, (2.6, 1.6, 0.7))

@@ -324,7 +324,8 @@ def _outside(b: Builder, m: Palette, plan: HousePlan) -> None:
     """Facades with holes for the windows, and a flat roof that reaches over them."""
     x0, y0, x1, y1 = plan.outline()
     top = max(plan.base(room) for room in plan.rooms) + plan.height
-    faces = (("north", "south", y1, (x0, x1)), ("south", "north", y0, (x0, x1)),
+    faces: tuple[tuple[Side, Side, float, tuple[float, float]], ...] = (
+             ("north", "south", y1, (x0, x1)), ("south", "north", y0, (x0, x1)),
              ("east", "west", x1, (y0, y1)), ("west", "east", x0, (y0, y1)))  # fmt: skip
     for side, seen_as, at, span in faces:
         holes = []
@@ -374,8 +375,10 @@ def _hall(b: Builder, m: Palette, plan: HousePlan) -> None:
     arch.railing(b, m, (xg - 0.07, yg - 0.07), (x1 - 0.05, yg - 0.07), upper)
     arch.railing(b, m, (xg - 0.07, yg - 0.07), (xg - 0.07, y1 - s.width), upper)
     with b.placed(0.0, 0.0, upper):
-        for side, span in (("west", (y0, y1)), ("south", (x0, x1)), ("east", (y0, yg)),
-                           ("north", (x0, xg))):  # fmt: skip
+        walls: tuple[tuple[Side, tuple[float, float]], ...] = (
+            ("west", (y0, y1)), ("south", (x0, x1)), ("east", (y0, yg)), ("north", (x0, xg)),
+        )  # fmt: skip
+        for side, span in walls:
             gaps = [
                 (low - 0.09, high + 0.09)
                 for low, z0, high, _, what in plan.openings_of(room, side)

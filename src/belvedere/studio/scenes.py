@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from belvedere.ground.checks import check_path
-from belvedere.ground.errors import InputError
+from belvedere.ground.errors import InputError, SceneError
 from belvedere.scene import Scene, ViewSet
 from belvedere.scene.conventions import Conventions
 from belvedere.scene.io.detect import detect_format, find_format, read_views
@@ -73,7 +73,7 @@ def open_scene(
         ConventionWarning: with ``check``, when views disagree.
     """
     check_path("open_scene", "path", path)
-    if _is_walkthrough(path):
+    if is_walkthrough(path):
         from belvedere.walkthrough import WalkOptions, Walkthrough
 
         threads = choices.pop("threads", None)
@@ -99,7 +99,7 @@ def open_scene(
     return scene_of(views, **choices)
 
 
-def _is_walkthrough(path: str | Path) -> bool:
+def is_walkthrough(path: str | Path) -> bool:
     """Whether a folder says that it is a prepared building."""
     manifest = Path(path) / "belvedere.json"
     if not manifest.is_file():
@@ -147,7 +147,16 @@ def read_capture(
     asked: dict[str, Any] | None = None,
     format: str | None = None,  # noqa: A002 - as in open_scene
 ) -> ViewSet:
-    """Posed pictures from disk, read by their format's conventions but for those ``asked``."""
+    """Posed pictures from disk, read by their format's conventions but for those ``asked``.
+
+    Raises:
+        SceneError: a prepared building, which is no set of pictures.
+    """
+    if is_walkthrough(path):
+        raise SceneError(
+            f"{path}: is a prepared building, not a set of pictures: belvedere walk shows it, and "
+            "each folder in its references/ is a set of pictures"
+        )
     if not asked:
         return read_views(path, format=format)
     layout = detect_format(path) if format is None else find_format(format)

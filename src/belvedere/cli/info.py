@@ -103,12 +103,13 @@ def _say_walkthrough(scene: Path, as_json: bool) -> None:
         return
     low, high = opened.viewing_region.low, opened.viewing_region.high
     affords = opened.affords
-    say(f"{scene}: a walkthrough of {counted(counts['cells'], 'cell')} and "
-        f"{counted(counts['portals'], 'portal')}, {counts['doors']} of them to walk through")  # fmt: skip
+    doors = f"{counted(counts['portals'], 'portal')}, {counts['doors']} of them to walk through"
+    say(f"{scene}: a walkthrough of {counted(counts['cells'], 'cell')} and {doors}")
     say(f"  model      {faces:,} polygons, {counted(counts['references'], 'reference')}; "
         f"{disk / 1e6:.1f} MB on disk")  # fmt: skip
     say(f"  cells      {', '.join(cell.name for cell in opened.graph.cells)}")
-    say(f"  extent     {' x '.join(f'{x:.1f}' for x in high - low)} m")
+    size = " x ".join(f"{x:.1f}" for x in high - low)
+    say(f"  extent     {size} m")
     say(f"  affords    movement {affords.movement}, geometry {affords.geometry}, "
         f"lighting {affords.lighting}")  # fmt: skip
     for finding in facts["findings"]:

@@ -64,7 +64,7 @@ def charts_of(mesh: Mesh, caster: RayCaster, threads: int | None = None) -> Char
     starts = _cut_long(starts, len(order))
     of_face = np.empty(len(root), dtype=np.int32)
     of_face[order] = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(order))))
-    charts, st = _rectangles(corners, normals, order, starts)
+    charts, st = _rectangles(corners, normals, welded, order, starts)
     alone = order[starts][~together[order[starts]]]
     _own_charts(charts, st, of_face, alone, corners, smooth, fronts.sign[alone] < 0.0)
     chart_corners, chart_normals = charts
@@ -131,15 +131,20 @@ def _cut_long(starts: npt.NDArray[np.int64], total: int) -> npt.NDArray[np.int64
 
 
 def _rectangles(
-    corners: F8, normals: F8, order: npt.NDArray[np.int64], starts: npt.NDArray[np.int64]
+    corners: F8,
+    normals: F8,
+    welded: npt.NDArray[np.int64],
+    order: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
 ) -> tuple[tuple[F8, F8], F8]:
-    """The rectangle round each group of faces, along its longest edge; chart coordinates."""
+    """The rectangle round each group of faces, along its longest outer edge; chart coordinates."""
     count = len(starts)
     size = np.diff(np.append(starts, len(order)))
     group = np.repeat(np.arange(count), size)
     points = corners[order]
     edges = np.roll(points, -1, axis=1) - points
     length = np.linalg.norm(edges, axis=2)
+    length = np.where(_inner_edges(welded[order], group), 1e-6 * length, length)
     best = np.argmax(length, axis=1)
     longest = length[np.arange(len(order)), best]
     # the first face of each group that has its longest edge
@@ -165,6 +170,22 @@ def _rectangles(
     s, t = wide[:, None] * along, high[:, None] * up
     rectangle = np.stack([corner, corner + s, corner + s + t, corner + t], axis=1)
     return (rectangle, np.repeat(normal[:, None], 4, axis=1)), st
+
+
+def _inner_edges(
+    welded: npt.NDArray[np.int64], group: npt.NDArray[np.int64]
+) -> npt.NDArray[np.bool_]:
+    """(M, 3) whether the edge from each corner to the next lies between two faces of one group."""
+    after = np.roll(welded, -1, axis=1)
+    low, high = np.minimum(welded, after).ravel(), np.maximum(welded, after).ravel()
+    owner = np.repeat(group, 3)
+    rank = np.lexsort((high, low, owner))
+    key = np.stack([owner, low, high])[:, rank]
+    same = (key[:, 1:] == key[:, :-1]).all(axis=0)
+    inner = np.zeros(len(rank), dtype=bool)
+    inner[rank[1:]] |= same
+    inner[rank[:-1]] |= same
+    return inner.reshape(-1, 3)
 
 
 def _own_charts(

@@ -142,8 +142,12 @@ def _votes(
 
     def turn(front: int) -> B1:
         rear = 1 - front
-        narrow = (near[front] < CLOSE_M) & (near[rear] > 2.0 * near[front])
-        room = (near[rear] > CLOSE_M) & np.isfinite(near[rear])
+        # beside the open sky, what is behind must be as wide as a room to be one
+        limit, wide = (
+            np.where(np.isfinite(near[k]), CLOSE_M, 2.0 * CLOSE_M) for k in (rear, front)
+        )
+        narrow = (near[front] < limit) & (near[rear] > 2.0 * near[front])
+        room = (near[rear] > wide) & np.isfinite(near[rear])
         return (narrow | room) & ~hollow[rear]
 
     sheet = (near[0] > THIN_M) & (near[1] > THIN_M) & ~hollow[0] & ~hollow[1]

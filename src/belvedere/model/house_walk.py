@@ -116,7 +116,7 @@ class _Floor:
     def _near(self, point: F8) -> F8:
         fits = np.argwhere(self.far >= BODY_M)
         place = (point - self.origin) / PLACE_M
-        return fits[np.argmin(((fits - place) ** 2).sum(axis=1))]
+        return np.asarray(fits[np.argmin(((fits - place) ** 2).sum(axis=1))], dtype=np.float64)
 
     def rounded(self, way: F8) -> F8:
         """(M, 2) the way at even steps, its corners cut where nothing stands near."""

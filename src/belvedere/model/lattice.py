@@ -18,6 +18,8 @@ F8 = npt.NDArray[np.float64]
 
 LIFT_M = 0.002
 """How far above its surface a point gathers."""
+INSET_M = 0.012
+"""How far from the edges of flat charts the outer points gather."""
 NARROW_M = 0.02
 """A flat chart narrower than this has one row of lattice points along its middle."""
 
@@ -74,6 +76,11 @@ def lattice_points(charts: Charts, lattice: Lattice) -> tuple[F4, F4, I4]:
     )  # fmt: skip
     if not charts.covered:
         s, t, _ = settled(charts, lattice)
+        # off the edges of flat charts, where walls meet: a point in a corner would look past both
+        inset = np.minimum(INSET_M / np.maximum(_sides(charts), 1e-6), 0.2)
+        inset = np.where(charts.curved[:, None], 0.0, inset)[chart]
+        s = np.clip(s, inset[:, 0], 1.0 - inset[:, 0])
+        t = np.clip(t, inset[:, 1], 1.0 - inset[:, 1])
         weight = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
         normals = np.einsum("pi,pic->pc", weight, charts.normals[chart]).astype(np.float32)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
@@ -91,8 +98,7 @@ def settled(charts: Charts, lattice: Lattice) -> tuple[F8, F8, npt.NDArray[np.bo
 
     faces = np.argsort(charts.of_face, kind="stable").astype(np.int32)
     first = np.searchsorted(charts.of_face[faces], np.arange(len(charts.corners) + 1))
-    c = charts.corners
-    sides = np.linalg.norm(np.stack([c[:, 1] - c[:, 0], c[:, 3] - c[:, 0]], axis=1), axis=2)
+    sides = _sides(charts)
     s, t = np.empty(lattice.size), np.empty(lattice.size)
     near = np.empty(lattice.size, dtype=bool)
     starts = first.astype(np.int32)
@@ -109,6 +115,12 @@ def settled(charts: Charts, lattice: Lattice) -> tuple[F8, F8, npt.NDArray[np.bo
     edges = [0, *pieces[(pieces > 0) & (pieces < len(size))].tolist(), len(size)]
     run_parallel(settle, [slice(a, b) for a, b in pairwise(edges)], None)
     return s, t, near
+
+
+def _sides(charts: Charts) -> F8:
+    """(K, 2) metres along s and along t."""
+    c = charts.corners
+    return np.linalg.norm(np.stack([c[:, 1] - c[:, 0], c[:, 3] - c[:, 0]], axis=1), axis=2)
 
 
 def shared_points(points: F4, normals: F4) -> tuple[I8, I8]:

@@ -179,3 +179,17 @@ def test_cubic_weights_reproduce_quadratics(place: float) -> None:
     for power in range(3):
         assert np.isclose(out[0] @ steps**power, place**power, atol=1e-6)
     np.testing.assert_allclose(out[0], simd.cubic4(place), atol=1e-6)
+
+
+@kernel
+def first_after_fetching(values: np.ndarray, index: int) -> float:
+    """The first of the values; another one is asked for."""
+    simd.prefetch(values, index)
+    return values[0]
+
+
+@pytest.mark.parametrize("index", [0, 7, 10**9, -(10**9)])
+def test_asking_for_memory_changes_nothing_wherever_it_is(index: int) -> None:
+    values = np.arange(8, dtype=np.uint16) + np.uint16(3)
+    assert first_after_fetching(values, index) == 3
+    np.testing.assert_array_equal(values, np.arange(8) + 3)

@@ -166,6 +166,13 @@ def lane4(a: Four, lane: int) -> Real:
     return a[lane]
 
 
+def prefetch(array: npt.NDArray[Any], index: Real) -> None:
+    """Have the memory of ``array.flat[index]`` fetched, of a C-contiguous array, for later.
+
+    An index outside the array does no harm.
+    """
+
+
 def bits_of(value: Real) -> Real:
     """A float32's bits as a uint32; of values >= 0 in the same order."""
     return np.float32(value).view(np.uint32)
@@ -236,6 +243,7 @@ _compiled(part16, lambda a, part: lambda a, part: ops.part16(a, literally(part))
 _compiled(fold16, lambda a: lambda a: ops.fold16(a))
 _compiled(bits16, lambda a, limit: lambda a, limit: ops.bits16(a, limit))
 _compiled(lane4, lambda a, lane: lambda a, lane: ops.lane4(a, lane))
+_compiled(prefetch, lambda array, index: lambda array, index: ops.prefetch(array, index))
 _compiled(bits_of, lambda value: lambda value: ops.bits_of(value))
 _compiled(float_of, lambda bits: lambda bits: ops.float_of(bits))
 _compiled(shl32, lambda a, count: lambda a, count: ops.shl32(a, count))

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.scratch import scratch
+from belvedere.ground.threads import run_parallel
 from belvedere.scene import Camera
 
 if TYPE_CHECKING:
@@ -25,11 +26,19 @@ FEW = 1 << 16
 """Triangles of which it is not asked."""
 
 
+CULLED = 1 << 12
+"""Clusters that a thread culls at a time."""
+
+
 class DrawPlan:
-    """The clusters of several lists that a camera may see, the nearest first."""
+    """The clusters of several lists that a camera may see, roughly the nearest first."""
 
     def __init__(
-        self, camera: Camera, origin: F8, lists: Sequence[tuple[DrawList, F8 | None]]
+        self,
+        camera: Camera,
+        origin: F8,
+        lists: Sequence[tuple[DrawList, F8 | None]],
+        threads: int | None = 1,
     ) -> None:
         from belvedere.model import _raster
 
@@ -41,15 +50,26 @@ class DrawPlan:
         rects = np.empty((ends[-1], 4), dtype=np.int32)
         near, cut = np.empty(ends[-1]), np.empty(ends[-1], dtype=np.bool_)
         count = np.empty(ends[-1], dtype=np.int64)
-        for (drawn, planes), (first, last) in zip(lists, pairwise(ends), strict=True):
+        jobs: list[tuple[DrawList, F8, int, slice]] = []
+        for (drawn, planes), (start, end) in zip(lists, pairwise(ends), strict=True):
             limits = border if planes is None else np.vstack([border, planes])
+            count[start:end] = np.diff(drawn.first_face)
+            jobs += [
+                (drawn, limits, start, slice(first, min(first + CULLED, end - start)))
+                for first in range(0, end - start, CULLED)
+            ]
+
+        def cull(job: tuple[DrawList, F8, int, slice]) -> None:
+            drawn, limits, start, part = job
+            into = slice(start + part.start, start + part.stop)
             _raster.cull_clusters(
-                drawn.low, drawn.high, self.eye, limits, self.inverse, picture,
-                rects[first:last], near[first:last], cut[first:last],
+                drawn.low[part], drawn.high[part], self.eye, limits, self.inverse, picture,
+                rects[into], near[into], cut[into],
             )  # fmt: skip
-            count[first:last] = np.diff(drawn.first_face)
+
+        run_parallel(cull, jobs, threads)
         seen = np.flatnonzero((rects[:, 1] >= rects[:, 0]) & (rects[:, 3] >= rects[:, 2]))
-        order = seen[np.argsort(-near[seen], kind="stable")]
+        order = seen[np.argsort(_farness(near[seen]), kind="stable")]
         self.rects, self.near = rects[order], near[order]
         """(P, 4) and (P,), see `_raster.cull_clusters`."""
         self._list = np.searchsorted(ends, order, side="right") - 1
@@ -89,6 +109,12 @@ class DrawPlan:
             pieces = 1 if threads == 1 else min(4 * threads, len(places))
             parts += [(each, piece) for piece in np.array_split(places, pieces)]
         return parts
+
+
+def _farness(near: F8) -> npt.NDArray[np.uint16]:
+    """Disparities' order from large to small in 16 bits, which sort in a tenth of the time."""
+    bits = near.astype(np.float32).view(np.uint32)  # of positive floats in the same order
+    return ~(bits >> np.uint32(16)).astype(np.uint16)
 
 
 def picture_planes(camera: Camera) -> npt.NDArray[Any]:

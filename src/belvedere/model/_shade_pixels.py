@@ -30,7 +30,7 @@ from belvedere.ground.eight import (
     where8,
     whole8,
 )
-from belvedere.ground.jit import inner, kernel
+from belvedere.ground.jit import Real, inner, kernel
 from belvedere.ground.simd import (
     add4,
     float_of,
@@ -39,6 +39,7 @@ from belvedere.ground.simd import (
     load4,
     max4,
     mul4,
+    prefetch,
     scale4,
     store4,
     zero4,
@@ -56,7 +57,7 @@ FULL = F(65535.0)
 """A texel that reflects everything."""
 PAD = 16
 """Elements more that rows of working memory need: eight pixels are written at once."""
-ROWS, WHOLE_ROWS = 10, 3
+ROWS, WHOLE_ROWS = 14, 6
 """Rows of working memory, float32 and int32."""
 CHART, SUN, MATERIAL, DENSITY = 0, 3, 6, 7
 """Columns of a face's record: first point and shape of both lattices, material, texels a metre."""
@@ -203,39 +204,77 @@ def light_run(
 
 
 @inner
-def read_texture(texels: A, first: int, stride: int, a: Any, c: Any) -> Any:
-    """A level's colour a columns and c rows into its frame, bilinearly."""
-    i, j = np.int32(a), np.int32(c)
-    at = 4 * (first + j * stride + i)
-    pair = mix8(whole8(texels, at), whole8(texels, at + 4 * stride), c - F(j))
-    return fold8(pair, a - F(i))
+def place_level(
+    first: int, last: int, work: A, whole: A, row: int, wide: Real, high: Real, texels: A,
+    start: Real, down: Real,
+) -> None:  # fmt: skip
+    """Where some pixels of a run read a level of their texture, which begins at ``start``.
+
+    ``whole`` gets the upper and the lower left texel, in the row that is given and the next, and
+    ``work`` the place between the four.
+    """
+    stride = work.shape[1]
+    for i in range(first, last, 8):
+        a = load8(work, 4 * stride + i) * wide + HALF
+        c = load8(work, 5 * stride + i) * high + HALF
+        column, line = floor8(a), floor8(c)
+        store_whole8(whole, row * stride + i, column)
+        store_whole8(whole, (row + 1) * stride + i, line)
+        store8(work, (row + 8) * stride + i, a - column)
+        store8(work, (row + 9) * stride + i, c - line)
+    for n in range(first, last):
+        i = np.uint64(n)
+        upper = start + whole[row + 1, i] * down + whole[row, i]
+        lower = upper + down
+        whole[row, i], whole[row + 1, i] = upper, lower
+        prefetch(texels, 4 * upper)
+        prefetch(texels, 4 * lower)
 
 
 @inner
-def texture_run(
-    count: int, work: A, q: Any, sizes: A, places: A, texels: A, out_light: A, x0: int
-) -> None:
-    """Multiply the light of a run of pixels by their texture, two levels of it mixed."""
-    for i in range(count):
-        level = work[6, i]
-        l0 = np.int32(level)
-        share = level - F(l0)
-        if share > F(0.98):
-            l0 += np.int32(1)
-        row = np.uint64(q + l0)
-        u, v = work[4, i], work[5, i]
-        color = read_texture(
-            texels, places[row, 0], places[row, 1], u * sizes[row, 0] + HALF,
-            v * sizes[row, 1] + HALF,
+def place_run(count: int, work: A, whole: A, q: Real, sizes: A, places: A, texels: A) -> None:
+    """Where a run of pixels reads two levels of its texture; the processor begins to fetch them.
+
+    Pixels between the same two levels are worked on together.
+    """
+    first = 0
+    while first < count:
+        level = np.int32(work[6, first])
+        last = first + 1
+        while last < count and np.int32(work[6, last]) == level:
+            last += 1
+        at = np.uint64(q + level)
+        place_level(
+            first, last, work, whole, 2, sizes[at, 0], sizes[at, 1], texels, places[at, 0],
+            places[at, 1],
         )  # fmt: skip
-        if F(0.02) <= share <= F(0.98):
-            row += np.uint64(1)
-            coarse = read_texture(
-                texels, places[row, 0], places[row, 1], u * sizes[row, 0] + HALF,
-                v * sizes[row, 1] + HALF,
-            )  # fmt: skip
+        at = np.uint64(at + np.uint64(1))
+        place_level(
+            first, last, work, whole, 4, sizes[at, 0], sizes[at, 1], texels, places[at, 0],
+            places[at, 1],
+        )  # fmt: skip
+        first = last
+
+
+@inner
+def read_level(texels: A, i: Real, work: A, whole: A, row: int) -> Any:
+    """A pixel's colour in a level, bilinearly; see `place_level`."""
+    upper, lower = np.uint64(4 * whole[row, i]), np.uint64(4 * whole[row + 1, i])
+    pair = mix8(whole8(texels, upper), whole8(texels, lower), work[row + 9, i])
+    return fold8(pair, work[row + 8, i])
+
+
+@inner
+def texture_run(count: int, work: A, whole: A, texels: A, out_light: A, x0: int) -> None:
+    """Multiply the light of a run of pixels by their texture, two levels of it mixed."""
+    for n in range(count):
+        i = np.uint64(n)
+        color = read_level(texels, i, work, whole, 2)
+        share = work[6, i] - np.floor(work[6, i])
+        if share > F(0.01):
+            coarse = read_level(texels, i, work, whole, 4)
             color = add4(scale4(color, ONE - share), scale4(coarse, share))
-        store4(out_light, x0 + i, mul4(load4(out_light, x0 + i), color))
+        store4(out_light, x0 + n, mul4(load4(out_light, x0 + n), color))
 
 
 @inner
@@ -341,10 +380,11 @@ def shade_pixels(
             )  # fmt: skip
             gain = load4(base, m)
             if q >= 0:
+                place_run(count, work, whole, q, sizes, places, texels)
                 gain = scale4(gain, ONE / FULL)
             light_run(count, work, whole, record, f, soft, sun, sun_color, gain, light, x0)
             if q >= 0:
-                texture_run(count, work, q, sizes, places, texels, light, x0)
+                texture_run(count, work, whole, texels, light, x0)
             if tints.shape[0] > 0:
                 tint_run(f, x0, y, count, matrix, eye, tints, work, light)
             if emission[m, 0] + emission[m, 1] + emission[m, 2] > ZERO:

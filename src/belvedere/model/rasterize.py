@@ -164,7 +164,7 @@ class Rasterizer:
         face, disparity = block[: 8 * height * width].view(np.int32).reshape(2, height, width)
         disparity = disparity.view(np.float32)
         color = block[8 * height * width :].reshape(height, width, 3)
-        plan = DrawPlan(camera, self.origin, lists)
+        plan = DrawPlan(camera, self.origin, lists, self.threads)
         tile = _raster.TILE
         tiles = scratch("raster tiles", (-(-height // tile), -(-width // tile)), np.float32)
         tiles.fill(0.0)

@@ -143,6 +143,11 @@ class CellGraph:
             for cell in range(len(self.cells))
         )
 
+    @cached_property
+    def _boxes(self) -> tuple[F8, F8]:
+        """(C, 3) smallest and largest coordinates of the cells."""
+        return np.array([c.low for c in self.cells]), np.array([c.high for c in self.cells])
+
     def neighbours(self, cell: int, walking: bool = False) -> Iterator[tuple[int, int]]:
         """(portal, cell beyond) for each portal of a cell; ``walking``: doors and openings only."""
         for index in self.portals_of[cell]:
@@ -158,7 +163,10 @@ class CellGraph:
         p = np.atleast_2d(np.asarray(points, dtype=np.float64))
         found = np.full(len(p), OUTSIDE, dtype=np.int32)
         height = np.full(len(p), -np.inf)
-        for index, cell in enumerate(self.cells):
+        low, high = self._boxes
+        near = ((p[:, None] >= low) & (p[:, None] <= high)).all(axis=2).any(axis=0)
+        for index in np.flatnonzero(near):
+            cell = self.cells[index]
             better = cell.contains(p) & (cell.floor > height)
             found[better] = index
             height[better] = cell.floor

@@ -108,8 +108,8 @@ def visitor_eyes(
     inside = cell.contains(places)
     before = (places - side.portal.center) @ side.normal > 0.05
     kept = places[inside & before]
-    far = [closeness(side.portal, place, switch) < 1.0 for place in kept]
-    return kept[np.array(far, dtype=bool)][:count] if len(kept) else kept
+    far = [closeness(side.portal, place, switch) < 1.0 for place in kept[: 4 * count]]
+    return kept[: 4 * count][np.array(far, dtype=bool)][:count] if len(kept) else kept
 
 
 def place_references(

@@ -16,6 +16,7 @@ Source: Rafferty, Aliaga and Lastra 1998; spec portal-walkthrough 3.2, 3.7.
 from __future__ import annotations
 
 import time
+from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
@@ -40,6 +41,8 @@ MODES: tuple[str, ...] = get_args(Mode)
 Merge = Literal["over", "disparity"]
 Fill = Literal["none", "background", "trace"]
 
+KEPT_VIEWS = 512
+"""Prepared references that a walker remembers: some 2 GB of them at 65,000 texels each."""
 _Target = tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32], npt.NDArray[np.float32]]
 """Color, disparity and coverage of the window."""
 
@@ -132,7 +135,13 @@ class Walker:
         """(H, W) of the last frame: what neither references nor polygons nor the sky cover."""
         self._visibility = Visibility(graph)
         self._switches = Switches(graph.portals, self.options.switch)
-        self._prepared: dict[tuple[int, int, int], PreparedView] = {}
+        self._has_images = np.array(
+            [
+                [(k, cell) in images for cell in portal.cells]
+                for k, portal in enumerate(graph.portals)
+            ]
+        ).reshape(-1, 2)
+        self._prepared: OrderedDict[tuple[int, int, int], PreparedView] = OrderedDict()
         self._kept = np.zeros((0, 0, 3), np.uint8)
         self._cell = -1
 
@@ -147,6 +156,8 @@ class Walker:
         if self.options.mode in ("full", "culling"):
             return
         for key in self.images:
+            if len(self._prepared) == KEPT_VIEWS:
+                break
             for index in range(len(self.images[key].references)):
                 self._ready(key, index)
 
@@ -217,15 +228,19 @@ class Walker:
                 return [], closed
             return self._visibility.look(camera, self._cell, closed, self.options.reach), closed
         self._switches.update(camera.center)
-        closed = self._switches.share == 0.0
-        for index in range(len(closed)):
-            closed[index] &= (index, self._front(index, camera)) in self.images
+        closed = (self._switches.share == 0.0) & self._has_images[
+            np.arange(len(closed)), self._behind(camera.center)
+        ]
         return self._visibility.look(camera, self._cell, closed, self.options.reach), closed
 
     def _front(self, portal: int, camera: Camera) -> int:
         """The cell on the eye's side of a portal."""
-        p = self.graph.portals[portal]
-        return p.cells[0 if (camera.center - p.center) @ p.normal >= 0.0 else 1]
+        return self.graph.portals[portal].cells[int(self._behind(camera.center)[portal])]
+
+    def _behind(self, eye: F8) -> npt.NDArray[np.intp]:
+        """(P,) 0 where the eye is on the side of each portal's first cell, 1 on the other."""
+        off = np.einsum("pc,pc->p", eye - self._visibility.corners[:, 0], self._visibility.normals)
+        return (off < 0.0).astype(np.intp)
 
     def _pictured(self, sights: list[Sight], camera: Camera) -> list[Sight]:
         """Sights through portals that show pictures, wholly or still fading; the farthest first."""
@@ -292,6 +307,9 @@ class Walker:
             if self.options.mode == "textures":
                 view = _flattened(view, images.side.portal.center)
             self._prepared[name] = prepare(view)
+            if len(self._prepared) > KEPT_VIEWS:
+                self._prepared.popitem(last=False)
+        self._prepared.move_to_end(name)
         return self._prepared[name]
 
 

@@ -8,6 +8,7 @@ Source: spec portal-walkthrough 3.1; distances and fading are its [CHOICE].
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,26 +43,51 @@ class SwitchOptions:
         check_integer(owner, "fade", self.fade, 0, 1000)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rectangles:
+    """Portals as arrays, their more level edges counted as widths."""
+
+    corner: F8
+    """(P, 3) where width and height begin."""
+    along: F8
+    """(P, 3) the width."""
+    up: F8
+    """(P, 3) the height."""
+
+    @classmethod
+    def of(cls, portals: Sequence[Portal]) -> _Rectangles:
+        corners = np.array([p.corners for p in portals]).reshape(-1, 4, 3)
+        sides = np.roll(corners, -1, axis=1) - corners
+        level = np.argmin(np.abs(sides[:, :2, 2]), axis=1)
+        k = np.arange(len(corners))
+        return cls(corners[k, level], sides[k, level], sides[k, level + 1])
+
+    def closeness(self, eye: F8, options: SwitchOptions) -> F8:
+        """(P,) how close an eye is to each; see `closeness`."""
+        wide = np.einsum("pc,pc->p", self.along, self.along)
+        high = np.einsum("pc,pc->p", self.up, self.up)
+        off = eye - self.corner
+        s = np.clip(np.einsum("pc,pc->p", off, self.along) / wide, 0.0, 1.0)
+        t = np.clip(np.einsum("pc,pc->p", off, self.up) / high, 0.0, 1.0)
+        left = t[:, None] * self.up - off  # the width's two ends at the eye's height
+        right = left + self.along
+        nearest = left + s[:, None] * self.along
+        distance = np.maximum(np.sqrt(np.einsum("pc,pc->p", nearest, nearest)), 1e-9)
+        dot = np.einsum("pc,pc->p", left, right)
+        squares = np.einsum("pc,pc->p", left, left) * np.einsum("pc,pc->p", right, right)
+        angle = np.arctan2(np.sqrt(np.maximum(squares - dot * dot, 0.0)), dot)
+        return np.maximum(
+            angle / np.radians(options.angle_deg), options.widths * np.sqrt(wide) / distance
+        )
+
+
 def closeness(portal: Portal, eye: F8, options: SwitchOptions) -> float:
     """How close an eye is: above 1 the portal shows geometry.
 
     The larger of two ratios: of the angle that the portal's width subtends to the one allowed, and
     of the distance allowed to the distance of the portal's nearest point.
     """
-    c = portal.corners
-    sides = np.roll(c, -1, axis=0) - c
-    level = int(np.argmin(np.abs(sides[:2, 2])))  # the more level pair of edges is the width
-    along, up = sides[level], sides[level + 1]
-    width, height = float(np.linalg.norm(along)), float(np.linalg.norm(up))
-    from_corner = eye - c[level]
-    s = float(np.clip(from_corner @ along / width**2, 0.0, 1.0))
-    t = float(np.clip(from_corner @ up / height**2, 0.0, 1.0))
-    nearest = c[level] + s * along + t * up
-    distance = max(float(np.linalg.norm(eye - nearest)), 1e-9)
-    middle = c[level] + t * up - eye
-    a, b = middle, middle + along
-    angle = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
-    return max(float(angle / np.radians(options.angle_deg)), options.widths * width / distance)
+    return float(_Rectangles.of([portal]).closeness(eye, options)[0])
 
 
 class Switches:
@@ -74,12 +100,12 @@ class Switches:
         self.share = np.zeros(len(portals))
         """(P,) how far geometry has faded in: 0 pictures alone, 1 geometry alone."""
         self._began = False
+        self._rectangles = _Rectangles.of(portals)
 
     def update(self, eye: F8) -> None:
         """Decide anew for an eye; the first call and `reset` decide at once, without fading."""
         limits = np.where(self.geometry, 1.0 / self.options.hysteresis, 1.0)
-        close = np.array([closeness(p, eye, self.options) for p in self.portals])
-        self.geometry = close >= limits if len(close) else self.geometry
+        self.geometry = self._rectangles.closeness(eye, self.options) >= limits
         if not self._began or self.options.fade == 0:
             self.share = self.geometry.astype(np.float64)
         else:

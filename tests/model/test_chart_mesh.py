@@ -96,9 +96,8 @@ def test_fronts_are_the_sides_that_people_see_whatever_the_winding() -> None:
         charts = charts_of(mesh, RayCaster(mesh))
         front = charts.normals.mean(axis=1)[charts.of_face]
         agree = np.einsum("ij,ij->i", front, wanted) > 0.0
-        area = np.linalg.norm(np.cross(*(
-            mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)
-        )), axis=1)  # fmt: skip
+        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
         assert area[agree].sum() > 0.99 * area.sum()
 
 
@@ -121,8 +120,8 @@ def test_soup_degenerate_faces_and_one_triangle_do_no_harm() -> None:
     for corners in (soup, soup[10:11], soup[5:6]):
         count = len(corners)
         mesh = Mesh(
-            corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3), np.zeros(count, np.int32),
-            np.zeros((count, 3, 2)), (GREY,),
+            corners.reshape(-1, 3), np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+            np.zeros(count, np.int32), np.zeros((count, 3, 2), np.float32), (GREY,),
         )  # fmt: skip
         model = light_model(mesh, settings=QUICK)
         assert np.isfinite(model.light.soft).all()
@@ -168,6 +167,8 @@ def test_lamps_hang_in_every_room_and_below_its_ceiling() -> None:
 
 
 def test_an_empty_mesh_is_refused() -> None:
-    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3, 2)), (GREY,))
+    none = np.zeros((0, 3), np.int32)
+    uv = np.zeros((0, 3, 2), np.float32)
+    empty = Mesh(np.zeros((0, 3)), none, np.zeros(0, np.int32), uv, (GREY,))
     with pytest.raises(InputError, match="no faces"):
         light_model(empty)

@@ -33,7 +33,7 @@ def small() -> LitModel:
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     materials = (Material("a", (0.5, 0.4, 0.3), TEXTURE), Material("b", emission=(1.0, 0.0, 2.0)))
-    uv = np.random.default_rng(0).random((4, 3, 2))
+    uv = np.random.default_rng(0).random((4, 3, 2)).astype(np.float32)
     colors = np.random.default_rng(1).random((4, 3, 3)).astype(np.float32)
     mesh = Mesh(vertices, faces, np.array([0, 1, 0, 1]), uv, materials, colors)
     return light_model(mesh, settings=LightSettings(rays=4, bounces=1))

@@ -141,7 +141,7 @@ def test_a_random_walk_stays_inside(flat: Path) -> None:
     ("change", "says"),
     [
         (lambda f: (f / "cells.json").unlink(), "cells.json"),
-        (lambda f: (f / "model.lit").write_bytes(b"BELVLIT1"), "model.lit"),
+        (lambda f: (f / "model.lit").write_bytes(b"BELVLIT2"), "model.lit"),
         (lambda f: (f / "belvedere.json").write_text('{"kind": "walkthrough"}'), "version"),
         (lambda f: (f / "belvedere.json").write_text('{"kind": "walkthrough", "version": 99}'),
          "update belvedere"),

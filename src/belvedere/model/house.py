@@ -88,7 +88,7 @@ def build_house(
     seed: int = 0,
     *,
     detail: int = 1,
-    rays: int = 64,
+    rays: int = 128,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> House:

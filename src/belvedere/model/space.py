@@ -128,7 +128,7 @@ class Space:
                     self._keep(before)
                     if height > 1.1:
                         self._tall[side].append(span)
-                    x, y = self._on_wall(side, float(at))
+                    x, y = self.point_on(side, float(at))
                     return Spot(x, y, YAW[side], side)
         return None
 
@@ -170,7 +170,7 @@ class Space:
                 if any(a < span[1] + 0.05 and span[0] < c + 0.05 for a, c in self._tall[side]):
                     continue
                 self._tall[side].append(span)
-                x, y = self._on_wall(side, float(at))
+                x, y = self.point_on(side, float(at))
                 return Spot(x, y, YAW[side], side)
         return None
 
@@ -193,7 +193,8 @@ class Space:
                 return True
         return any(height > 1.1 and span[0] < c and a < span[1] for a, c in self._tall[side])
 
-    def _on_wall(self, side: Side, at: float) -> tuple[float, float]:
+    def point_on(self, side: Side, at: float) -> tuple[float, float]:
+        """The point of a wall at a coordinate along it."""
         x0, y0, x1, y1 = self.rect
         return {"north": (at, y1), "south": (at, y0), "east": (x1, at), "west": (x0, at)}[side]
 

@@ -19,6 +19,7 @@ class Suite(StrEnum):
     SPEED = "speed"
     WARP = "warp"
     STARTUP = "startup"
+    DRAWING = "drawing"
 
 
 WARP = "Suite warp"
@@ -29,7 +30,7 @@ def bench(
         Suite,
         typer.Argument(
             help="speed: every reconstructor in every use. warp: the picture beside the time, "
-            "against the truth. startup: whole processes."
+            "against the truth. startup: whole processes. drawing: polygons of two houses."
         ),
     ] = Suite.SPEED,
     size: Annotated[int, typer.Option(min=16, max=8192, help="Pixels a side.")] = 512,

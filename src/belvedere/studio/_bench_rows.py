@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 from belvedere.studio.machine import Machine
 
-Suite = Literal["speed", "warp", "startup"]
-SUITES: tuple[Suite, ...] = ("speed", "warp", "startup")
+Suite = Literal["speed", "warp", "startup", "drawing"]
+SUITES: tuple[Suite, ...] = ("speed", "warp", "startup", "drawing")
 SCHEMA, VERSION = "belvedere.bench", 2
 
 
@@ -38,12 +38,13 @@ class BenchRow:
     compile_s: float | None = None
     """Seconds of the first call in this process, in which kernels are compiled or loaded."""
     same_surface: float | None = None
-    """Per cent of pixels in which a peer shows the surface, or the hole, that we show."""
+    """Per cent of pixels in which a peer shows the surface, or the hole, that we show; of drawn
+    polygons, that `photograph` shows."""
     same_color: float | None = None
     """Per cent of commonly covered pixels in which its colour is ours."""
     psnr: float | None = None
     """Decibels in truly seen pixels, holes filled by the nearest covered pixel; see `Quality`. On a
-    scene, of the pixels that every contestant covers."""
+    scene, of the pixels that every contestant covers; of drawn polygons, to `photograph`."""
     ssim: float | None = None
     """Mean of the SSIM map over the same pixels."""
     cracks: float | None = None

@@ -16,6 +16,7 @@ COLUMNS = (
     ("ratio", "ratio", ".2f"),
     ("surf%", "same_surface", ".1f"),
     ("col%", "same_color", ".1f"),
+    ("PSNR", "psnr", ".1f"),
 )
 """Heading, field and format of the numbers that fit 80 columns; the JSON has the others. Columns
 without any number are left out."""

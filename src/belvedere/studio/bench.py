@@ -18,9 +18,9 @@ from belvedere.studio.progress import Progress, silent
 
 __all__ = ["SUITES", "BenchResult", "BenchRow", "Suite", "bench"]
 
-REPEATS: dict[Suite, int] = {"speed": 30, "warp": 12, "startup": 5}
+REPEATS: dict[Suite, int] = {"speed": 30, "warp": 12, "startup": 5, "drawing": 10}
 """Timed calls of each contestant unless told otherwise."""
-SMALLEST: dict[Suite, int] = {"speed": 8, "warp": 32, "startup": 8}
+SMALLEST: dict[Suite, int] = {"speed": 8, "warp": 32, "startup": 8, "drawing": 8}
 """Pixels a side, at least."""
 
 
@@ -45,12 +45,12 @@ def bench(
         suite: "speed": every reconstructor in every use, beside peers and the time that copying
             as many bytes takes; "warp": the picture as well as the time of every reconstructor
             and its rivals, against what the desired cameras truly show; "startup": whole
-            processes and first calls.
-        size: pixels along both sides of every picture ("speed", "warp").
+            processes and first calls; "drawing": polygons, beside OpenGL and ray casters.
+        size: pixels along both sides of every picture ("speed", "warp", "drawing").
         repeats: timed calls of each contestant; processes of each kind ("startup", at most 5, cold
             kernels once). None for what suits the suite.
         threads: how many to use; by default both one and as many as there are processors.
-        peers: whether other libraries are measured too ("speed", "warp").
+        peers: whether other libraries are measured too ("speed", "warp", "drawing").
         progress: told how far the run is.
         references: how many reference views each picture is made from, every number in turn
             ("warp").
@@ -69,7 +69,7 @@ def bench(
             that is held out as well.
         SceneError: a scene with too few views with depth, or what `read_views` raises.
         OutputError: the folder exists and ``force`` is False.
-        MissingDependencyError: embreex is not installed ("warp").
+        MissingDependencyError: embreex is not installed ("warp", "drawing").
     """
     check_choice("bench", "suite", suite, SUITES)
     check_integer("bench", "size", size, SMALLEST[suite], 8192)
@@ -92,6 +92,11 @@ def bench(
         from belvedere.studio._bench_speed import speed_rows
 
         rows, baseline = speed_rows(size, count, threads, peers, progress)
+        return _result(suite, baseline, count, threads, before, rows)
+    if suite == "drawing":
+        from belvedere.studio._bench_drawing import drawing_rows
+
+        rows, baseline = drawing_rows(size, count, threads, peers, progress)
         return _result(suite, baseline, count, threads, before, rows)
     from belvedere.studio._bench_stations import make_stations
     from belvedere.studio._bench_warp import BASELINE, Plan, check_free, warp_rows, write_run

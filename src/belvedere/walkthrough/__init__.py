@@ -18,7 +18,7 @@ from belvedere.walkthrough.error_driven import (
 )
 from belvedere.walkthrough.frame_loop import MODES, FrameStatistics, Mode, Walker, WalkOptions
 from belvedere.walkthrough.free_space import Body, FreeSpace
-from belvedere.walkthrough.geometry import GeometryDrawer
+from belvedere.walkthrough.geometry import CellRasterizer, GeometryDrawer
 from belvedere.walkthrough.graph_file import load_graph, save_graph
 from belvedere.walkthrough.placement import (
     EYE_M,
@@ -30,7 +30,7 @@ from belvedere.walkthrough.placement import (
 )
 from belvedere.walkthrough.plan import Mark, Plan, draw_plan
 from belvedere.walkthrough.portal_images import PortalImages, take_reference
-from belvedere.walkthrough.prepare import Prepared, PrepareOptions, prepare
+from belvedere.walkthrough.prepare import Estimate, Prepared, PrepareOptions, estimate, prepare
 from belvedere.walkthrough.stated import cells_of_building
 from belvedere.walkthrough.switching import Switches, SwitchOptions
 from belvedere.walkthrough.tour import random_walk, tour
@@ -45,6 +45,8 @@ __all__ = [
     "Cell",
     "CellContents",
     "CellGraph",
+    "CellRasterizer",
+    "Estimate",
     "Finding",
     "FrameStatistics",
     "FreeSpace",
@@ -72,6 +74,7 @@ __all__ = [
     "choose_eyes",
     "contents_of",
     "draw_plan",
+    "estimate",
     "find_cells",
     "leak_percent",
     "load_graph",

@@ -37,7 +37,9 @@ from belvedere.warp import PreparedView, WarpOptions, prepare, warp
 
 F8 = npt.NDArray[np.float64]
 Mode = Literal["full", "culling", "textures", "one", "two"]
+"""What stands behind portals; see `WalkOptions`."""
 MODES: tuple[str, ...] = get_args(Mode)
+"""All modes by name."""
 Merge = Literal["over", "disparity"]
 Fill = Literal["none", "background", "trace"]
 

@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError, InputError
-from belvedere.walkthrough import PlacementOptions, Portal, Side, reference_camera, semicircle_eyes
-from tests.walkthrough.graphs import three_rooms
+from belvedere.walkthrough import (
+    OUTSIDE,
+    PlacementOptions,
+    Portal,
+    Side,
+    reference_camera,
+    semicircle_eyes,
+    sides_of,
+)
+from tests.walkthrough.graphs import three_rooms, upright
 
 
 def sides() -> list[Side]:
@@ -61,6 +69,13 @@ def test_a_well_in_the_floor_has_references_too() -> None:
         camera, near = reference_camera(side, eye, PlacementOptions())
         assert near > 0.0
         assert camera.forward[2] == pytest.approx(1.0)
+
+
+def test_a_window_to_the_outside_has_no_references() -> None:
+    graph = three_rooms()
+    assert [side.cell for side in sides_of(graph.portals[0], graph.cells)] == [0, 1]
+    window = upright("window", "x", 9.3, (1, 3), (0.8, 2.0), (1, OUTSIDE), "window")
+    assert sides_of(window, graph.cells) == ()
 
 
 def test_an_eye_behind_the_portal_is_refused() -> None:

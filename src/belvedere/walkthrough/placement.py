@@ -115,8 +115,14 @@ class Side:
 
 
 def sides_of(portal: Portal, cells: Sequence[Cell]) -> tuple[Side, ...]:
-    """A portal from each of its cells; visitors do not come to the outside."""
-    return tuple(Side(portal, cell, cells[cell].floor) for cell in portal.cells if cell != OUTSIDE)
+    """A portal from each of its cells; none where it leads outside.
+
+    What lies outside is mostly the sky, infinitely far, of which an eye through a window sees
+    another part than any reference: there polygons and sky are drawn.
+    """
+    if OUTSIDE in portal.cells:
+        return ()
+    return tuple(Side(portal, cell, cells[cell].floor) for cell in portal.cells)
 
 
 def semicircle_eyes(side: Side, options: PlacementOptions, count: int | None = None) -> F8:

@@ -21,8 +21,9 @@ from belvedere.ground.errors import (
     InputError,
     MissingDependencyError,
 )
-from belvedere.model import LitModel, OpenGLRasterizer, Rasterizer, photograph
+from belvedere.model import LitModel, OpenGLRasterizer, Rasterizer, opengl_rasterize, photograph
 from belvedere.model import _kernels as kernels
+from belvedere.model._draw_plan import DrawPlan
 from belvedere.scene import Camera, SphereCamera
 from belvedere.studio.metrics import psnr
 from tests.model.test_rasterize import CAMERAS, evenly_lit
@@ -98,6 +99,20 @@ def test_parts_make_the_whole_and_what_is_outside_planes_may_be_left_out(house, 
     _, _, face = drawer.draw(camera, [(drawer.prepare(), planes)])
     assert (face[:, 61:140] == whole[2][:, 61:140]).mean() > 0.998
     assert (face[:, :20] != whole[2][:, :20]).any()
+
+
+def test_ranges_hold_every_cluster_in_sight_once_and_leave_others_out(house) -> None:
+    camera = Camera.look_at(*CAMERAS[0][:2], fov_deg=20, width=64, height=48)
+    rasterizer = Rasterizer(house)
+    drawn = rasterizer.prepare()
+    plan = DrawPlan(camera, rasterizer.origin, [(drawn, None)])
+    times = np.zeros(len(drawn.faces), dtype=int)
+    for first, last in opengl_rasterize._ranges(plan, drawn):
+        times[first:last] += 1
+    assert times.max() == 1
+    for cluster in plan.cluster:
+        assert times[drawn.first_face[cluster] : drawn.first_face[cluster + 1]].all()
+    assert 0.05 < times.mean() < 0.9
 
 
 def test_a_floor_under_the_eye_is_cut_not_turned_inside_out() -> None:

@@ -15,6 +15,7 @@ from belvedere.model.charts import Builder
 from belvedere.model.lattice import Lattice
 from belvedere.model.light import LightMap
 from belvedere.scene import Camera, SphereCamera
+from belvedere.scene.mesh import Material
 from belvedere.studio.metrics import psnr
 from tests.oracles.raster import nearest_faces
 
@@ -107,6 +108,21 @@ def test_a_closed_box_has_no_cracks_and_no_pixel_twice(turn: float) -> None:
             _, _, one = rasterizer.draw(camera, [(alone, None)])
             covered += one >= 0
         assert covered.max() <= 1
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 2), (7, 30), (8, 8), (64, 40)])
+def test_textures_of_any_size_are_read_as_photographs_read_them(size) -> None:
+    """A texture of fewer than eight texels a side has no second level."""
+    plain = evenly_lit(np.array([[[3, -2, -2], [3, 2, -2], [3, 2, 2], [3, -2, 2]]], dtype=float))
+    texture = np.random.default_rng(1).integers(0, 256, (*size, 3)).astype(np.uint8)
+    uv = np.array([[[0, 0], [2, 0], [2, 2]], [[0, 0], [2, 2], [0, 2]]], dtype=np.float32)
+    paper = Material("paper", (0.9, 0.8, 0.7), texture)
+    model = LitModel(replace(plain.mesh, materials=(paper,), uv=uv), plain.charts, plain.light)
+    for fov in (4, 60, 170):
+        camera = Camera.look_at((0, 0.3, 0.2), (3, 0, 0), fov_deg=fov, width=64, height=48)
+        truth = photograph(model, camera, 1)
+        color, _, _ = Rasterizer(model).draw(camera)
+        assert psnr(color, truth.color) > 40.0
 
 
 def test_parts_and_threads_change_nothing(house) -> None:

@@ -84,7 +84,7 @@ class Shading:
             if material.texture is not None:
                 texture_of[k] = len(pyramids)
                 pyramids.append(_pyramid(material.texture))
-        depth = max((len(p) for p in pyramids), default=2)
+        depth = max(2, *(len(p) for p in pyramids), 0)  # two levels are read at a time
         levels = np.zeros((max(len(pyramids), 1), depth, 3), dtype=np.int32)
         texels, first = [np.zeros((1, 3), dtype=np.uint8)], 1
         for q, pyramid in enumerate(pyramids):

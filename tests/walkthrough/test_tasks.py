@@ -44,6 +44,13 @@ def _meet(_: int) -> int:
     return _BARRIER.wait()
 
 
+def test_two_crews_work_at_a_time() -> None:
+    """No port is asked for by number, so a second preparation does not disturb the first."""
+    with crew(workers=1) as first, crew(workers=1) as second:
+        assert first.run(math.sqrt, [(4.0,)], lambda d, n: None) == [2.0]
+        assert second.run(math.sqrt, [(9.0,)], lambda d, n: None) == [3.0]
+
+
 def test_a_cluster_that_is_not_there_is_named(monkeypatch) -> None:
     monkeypatch.setattr(tasks, "PATIENCE_S", 0.5)
     with (

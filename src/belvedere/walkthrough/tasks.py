@@ -17,6 +17,9 @@ from belvedere.ground.threads import thread_count
 
 __all__ = ["Crew", "crew"]
 
+LOOPBACK = "127.0.0.1:0"
+"""Where the local scheduler may serve its page: a free port that other machines do not see. Left to
+itself it listens on every interface, at a port of its own that somebody else may have."""
 PATIENCE_S = 15.0
 """How long a cluster is waited for."""
 
@@ -89,7 +92,7 @@ def crew(cluster: str | None = None, workers: int | None = None) -> Iterator[Cre
         with (
             LocalCluster(
                 n_workers=1, threads_per_worker=count, processes=False,
-                dashboard_address=None,  # type: ignore[arg-type] - its way to say none
+                dashboard_address=LOOPBACK,
                 memory_limit=0,
             ) as here,
             Client(here) as client,

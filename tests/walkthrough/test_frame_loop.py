@@ -151,6 +151,13 @@ def test_filling_leaves_no_black(walk) -> None:
     assert frame.filled.any()
 
 
+def test_a_visitor_who_leaves_the_house_is_outside(walk) -> None:
+    walker = walk(mode="culling")
+    for eye, cell in (((2.6, 1.0, 1.6), 0), ((2.6, -0.3, 1.6), 0), ((2.6, -3.0, 1.6), -1)):
+        walker.frame(looking(eye, (2.6, 4.0, 1.5)))
+        assert walker.statistics.cell == cell
+
+
 def test_frames_do_not_depend_on_threads(graph, drawer, images) -> None:
     frames = [
         Walker(graph, drawer, images, WalkOptions(), threads=n).frame(THROUGH) for n in (1, 2, 3)

@@ -242,6 +242,19 @@ class Camera(CameraModel):
         top, bottom = k[1, 2] + 0.5, self.height - 0.5 - k[1, 2]
         return math.atan(top / k[1, 1]) + math.atan(bottom / k[1, 1])
 
+    @property
+    def edge_planes(self) -> F8:
+        """(4, 3) unit normals of the planes through the eye and the picture's outer edges.
+
+        They point inwards: a direction is in the picture where its product with none is negative.
+        """
+        u = np.array([-0.5, self.width - 0.5, self.width - 0.5, -0.5])
+        v = np.array([-0.5, -0.5, self.height - 0.5, self.height - 0.5])
+        rays = self.rays(u, v)
+        planes = np.cross(rays, np.roll(rays, -1, axis=0))
+        planes *= np.sign(planes @ rays.sum(axis=0))[:, None]
+        return planes / np.linalg.norm(planes, axis=1, keepdims=True)
+
     def _intrinsics_and_rotation(self) -> tuple[F8, F8]:
         """K and R of ``inverse(P) = K R^T``, by an RQ decomposition with positive focals."""
         inverse = np.linalg.inv(self.matrix)

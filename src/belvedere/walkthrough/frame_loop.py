@@ -28,11 +28,11 @@ from belvedere.ground.checks import check_choice, check_number
 from belvedere.ground.color import LINEAR_TO_SRGB8, SRGB8_TO_LINEAR
 from belvedere.ground.errors import CameraError
 from belvedere.scene import Camera, Frame, ReferenceView
-from belvedere.walkthrough.cells import CellGraph
+from belvedere.walkthrough.cells import OUTSIDE, CellGraph
 from belvedere.walkthrough.geometry import GeometryDrawer
 from belvedere.walkthrough.portal_images import PortalImages
 from belvedere.walkthrough.switching import Switches, SwitchOptions
-from belvedere.walkthrough.visibility import Sight, Visibility, view_cell
+from belvedere.walkthrough.visibility import DOORWAY_M, Sight, Visibility, view_cell
 from belvedere.warp import PreparedView, WarpOptions, prepare, warp
 
 F8 = npt.NDArray[np.float64]
@@ -145,13 +145,13 @@ class Walker:
         ).reshape(-1, 2)
         self._prepared: OrderedDict[tuple[int, int, int], PreparedView] = OrderedDict()
         self._kept = np.zeros((0, 0, 3), np.uint8)
-        self._cell = -1
+        self._cell = OUTSIDE
 
     def cut(self) -> None:
         """Begin anew, as after a jump: nothing fades, nothing is kept."""
         self._switches.reset()
         self._kept = np.zeros((0, 0, 3), np.uint8)
-        self._cell = -1
+        self._cell = OUTSIDE
 
     def warm(self) -> None:
         """Read and prepare the references of all portals, as far as memory allows, in advance."""
@@ -222,8 +222,12 @@ class Walker:
     ) -> tuple[list[Sight], npt.NDArray[np.bool_]]:
         """What is in sight, and which portals end sight because they show pictures."""
         here = view_cell(self.graph, camera.center)
-        self._cell = here if here >= 0 or self._cell < 0 else self._cell
-        stats.cell = self._cell
+        if here == OUTSIDE and self._cell != OUTSIDE:
+            # in a wall's thickness or under a lining, where no cell is: still in the last one
+            last = self.graph.cells[self._cell]
+            near = np.clip(camera.center, last.low, last.high)
+            here = self._cell if np.linalg.norm(camera.center - near) < DOORWAY_M else OUTSIDE
+        self._cell = stats.cell = here
         closed = np.zeros(len(self.graph.portals), dtype=bool)
         if self.options.mode in ("full", "culling"):
             if self.options.mode == "full":

@@ -112,7 +112,7 @@ class Visibility:
             cells, parents, portals, counts, plane_counts = np.empty((5, n), dtype=np.int32)
             polygons, planes = np.empty((2, n, _sight.CORNERS, 3))
             total = _sight.look_through(
-                camera.center, here, picture_planes(camera), self.corners, self.normals,
+                camera.center, here, camera.edge_planes, self.corners, self.normals,
                 self.joins, self._first, self._list, stop, NEAR_M, reach, cells, parents, portals,
                 counts, polygons, planes, plane_counts, np.empty((n, 4)),
             )  # fmt: skip
@@ -133,16 +133,6 @@ class Visibility:
                       polygons[k, : counts[k]].copy())
             )  # fmt: skip
         return sights
-
-
-def picture_planes(camera: Camera) -> F8:
-    """(4, 3) planes through the eye and the picture's outer edges, pointing inwards."""
-    u = np.array([-0.5, camera.width - 0.5, camera.width - 0.5, -0.5])
-    v = np.array([-0.5, -0.5, camera.height - 0.5, camera.height - 0.5])
-    rays = camera.rays(u, v)
-    planes = np.cross(rays, np.roll(rays, -1, axis=0))
-    planes *= np.sign(planes @ rays.sum(axis=0))[:, None]
-    return planes / np.linalg.norm(planes, axis=1, keepdims=True)
 
 
 def view_cell(graph: CellGraph, eye: npt.ArrayLike) -> int:

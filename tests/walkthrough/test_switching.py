@@ -28,7 +28,7 @@ def test_geometry_begins_where_the_width_or_the_angle_says() -> None:
 
 
 def test_the_distance_is_to_the_nearest_point_of_the_portal() -> None:
-    options = SwitchOptions(angle_deg=179.0, widths=1.0)
+    options = SwitchOptions(angle_deg=179.0, widths=1.0, slant_deg=90.0)
     aside = np.array([2.15 + 0.6, 4.47 - 0.8, 1.6])  # a 3-4-5 triangle away from the jamb
     assert closeness(DOOR, aside, options) == pytest.approx(1.0)
 

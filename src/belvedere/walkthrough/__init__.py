@@ -5,6 +5,7 @@ but a few photographs with depth, warped to the eye. After Rafferty, Aliaga and 
 """
 
 from belvedere.walkthrough.automatic import find_cells
+from belvedere.walkthrough.cell_images import CellImageOptions, CellImages
 from belvedere.walkthrough.cells import OUTSIDE, Cell, CellGraph, Portal
 from belvedere.walkthrough.checking import Finding, check_cells, leak_percent
 from belvedere.walkthrough.contents import CellContents, contents_of
@@ -16,7 +17,7 @@ from belvedere.walkthrough.error_driven import (
     place_references,
     visitor_eyes,
 )
-from belvedere.walkthrough.frame_loop import MODES, FrameStatistics, Mode, Walker, WalkOptions
+from belvedere.walkthrough.frame_loop import Walker
 from belvedere.walkthrough.free_space import Body, FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer, GeometryDrawer
 from belvedere.walkthrough.graph_file import load_graph, save_graph
@@ -35,6 +36,7 @@ from belvedere.walkthrough.stated import cells_of_building
 from belvedere.walkthrough.switching import Switches, SwitchOptions
 from belvedere.walkthrough.tour import random_walk, tour
 from belvedere.walkthrough.visibility import Sight, Visibility, view_cell
+from belvedere.walkthrough.walk_options import MODES, FrameStatistics, Mode, WalkOptions
 from belvedere.walkthrough.walkthrough import Walkthrough
 
 __all__ = [
@@ -45,6 +47,8 @@ __all__ = [
     "Cell",
     "CellContents",
     "CellGraph",
+    "CellImageOptions",
+    "CellImages",
     "CellRasterizer",
     "Estimate",
     "Finding",

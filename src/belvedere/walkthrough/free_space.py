@@ -133,6 +133,15 @@ class FreeSpace:
         center = self.layers.centers[n]
         return self._eye(n, center[0], center[1])
 
+    def eyes(self, spacing: float = 0.25) -> F8:
+        """(N, 3) eye positions at which a body fits, about so many metres apart on every floor."""
+        check_number("FreeSpace.eyes", "spacing", spacing, 0.0)
+        step = max(round(spacing / self.layers.grid.spacing), 1)
+        column, nx = self.layers.column[self._free], self.layers.grid.nx
+        chosen = self._free[((column % nx) % step == 0) & ((column // nx) % step == 0)]
+        heights = self.smooth_floor[chosen] + self.body.eye
+        return np.column_stack([self.layers.centers[chosen], heights]) + self.layers.grid.origin
+
     def standable(self, position: npt.ArrayLike) -> bool:
         """Whether there is a floor under an eye at ``position``."""
         return self._under(self._local(position)) >= 0

@@ -5,7 +5,8 @@
     1 model       read or built, lit                             one task
     2 cells       found or as stated, checked, drawn as a plan   one task
     3 references  placed and photographed                        one task for each side of a portal
-    4 scene       the manifest, and the folder gets its name
+    4 places      cells with very many polygons, from inside     one task for each place
+    5 scene       the manifest, and the folder gets its name
 
 Each task reads what the ones before wrote and writes its own piece, so they may run anywhere that
 sees the folder, and whatever is complete after an interruption is not made again.
@@ -28,6 +29,7 @@ from belvedere.ground.errors import MissingFileError, SceneError
 from belvedere.ground.version import __version__
 from belvedere.scene import Affordances, ViewSet
 from belvedere.scene.io.json_files import read_json, write_json
+from belvedere.walkthrough.cell_images import CellImageOptions
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.job import PrepareJob
 from belvedere.walkthrough.placement import (
@@ -60,6 +62,8 @@ class PrepareOptions:
     """With ``"error"``: mean share of holes at which fewer references are enough."""
     references: PlacementOptions = field(default_factory=PlacementOptions)
     """How many, how fine, how high."""
+    inside: CellImageOptions = field(default_factory=CellImageOptions)
+    """Which cells are photographed from inside, to be shown without their polygons."""
     units: str | None = None
     """Of the model's coordinates, where its format does not say or says it wrongly."""
     up: str | None = None
@@ -93,6 +97,8 @@ class Prepared:
     doors: int
     """Portals that people walk through."""
     references: int
+    inside: int
+    """Pictures of cells from inside."""
     bytes: int
     """On disk."""
     seconds: float
@@ -108,6 +114,7 @@ class Prepared:
             "portals": self.portals,
             "doors": self.doors,
             "references": self.references,
+            "inside": self.inside,
             "bytes": self.bytes,
             "seconds": round(self.seconds, 2),
             "cell_names": list(self.cells),
@@ -194,13 +201,17 @@ def prepare(
             for side in sides_of(portal, graph.cells)
         ]
         counts = stage(make_references, items, "taking references")
-        manifest = _manifest(job, graph, sum(counts))
+        found = stage(make_places, [(folder, chosen, threads)], "looking for heavy cells")[0]
+        items = [(folder, *place, chosen, threads) for place in found]
+        inside = stage(make_inside, items, "photographing cells from inside") if items else []
+        manifest = _manifest(job, graph, sum(counts), sum(inside))
         write_json(job.folder / MANIFEST, manifest)
     held = manifest["counts"]
     size = sum(f.stat().st_size for f in target.rglob("*") if f.is_file())
     return Prepared(
         Path(output), tuple(cell.name for cell in graph.cells), held["portals"], held["doors"],
-        held["references"], size, time.perf_counter() - began, tuple(manifest["findings"]),
+        held["references"], held["inside"], size, time.perf_counter() - began,
+        tuple(manifest["findings"]),
     )  # fmt: skip
 
 
@@ -423,6 +434,22 @@ def make_references(
     return len(views)
 
 
+def make_places(folder: str, options: PrepareOptions, threads: int | None) -> list[tuple[int, int]]:
+    """See `place_cell_images`."""
+    from belvedere.walkthrough.cell_tasks import place_cell_images
+
+    return place_cell_images(folder, _lit(folder), _graph(Path(folder)), options.inside, threads)
+
+
+def make_inside(
+    folder: str, cell: int, place: int, options: PrepareOptions, threads: int | None
+) -> int:
+    """See `make_place_images`."""
+    from belvedere.walkthrough.cell_tasks import make_place_images
+
+    return make_place_images(folder, cell, place, _lit(folder), options.inside, threads)
+
+
 @lru_cache(maxsize=1)
 def _lit(folder: str) -> Any:
     from belvedere.model import load_lit_model
@@ -442,7 +469,7 @@ def _graph(folder: Path) -> CellGraph:
     return _graph_of(str(folder), (folder / "cells.json").stat().st_mtime_ns)
 
 
-def _manifest(job: PrepareJob, graph: CellGraph, references: int) -> dict[str, Any]:
+def _manifest(job: PrepareJob, graph: CellGraph, references: int, inside: int) -> dict[str, Any]:
     told = read_json(job.folder / "findings.json").data["findings"]
     notes = read_json(job.folder / "model.json").data["notes"]
     return {
@@ -455,6 +482,7 @@ def _manifest(job: PrepareJob, graph: CellGraph, references: int) -> dict[str, A
             "portals": len(graph.portals),
             "doors": sum(portal.walkable for portal in graph.portals),
             "references": references,
+            "inside": inside,
         },
         "findings": [*notes, *told],
         "provenance": {

@@ -1,7 +1,8 @@
 """When a portal shows pictures and when the polygons behind it, without flicker.
 
-Close to a portal its few texels spread over the whole window, so there the geometry behind it is
-drawn instead. The change happens nearer on the way in than on the way out, and takes some frames.
+Close to a portal its few texels spread over the whole window, and from beside it an eye looks past
+all that its references saw. There the geometry behind it is drawn instead. The change happens
+nearer on the way in than on the way out, and takes some frames.
 
 Source: spec portal-walkthrough 3.1; distances and fading are its [CHOICE].
 """
@@ -26,19 +27,24 @@ __all__ = ["SwitchOptions", "Switches"]
 class SwitchOptions:
     """Where geometry takes over."""
 
-    angle_deg: float = 60.0
-    """A portal that is wider than this, seen from the eye, shows geometry."""
+    angle_deg: float = 35.0
+    """A portal that is wider than this, seen from the eye, shows geometry: there a door's 256 x 256
+    texels are spread over some 384 x 384 pixels of a window of 640 x 512."""
     widths: float = 0.75
     """So does one nearer than this many of its widths."""
+    slant_deg: float = 50.0
+    """So does one seen from farther aside than this, counted from straight ahead at its middle:
+    where the references' arc ends."""
     hysteresis: float = 1.25
     """Pictures come back at this many times the distance."""
-    fade: int = 6
+    fade: int = 3
     """Frames of the change; 0 changes at once."""
 
     def __post_init__(self) -> None:
         owner = "SwitchOptions"
         check_number(owner, "angle_deg", self.angle_deg, 1.0, 179.0)
         check_number(owner, "widths", self.widths, 0.0, 1000.0)
+        check_number(owner, "slant_deg", self.slant_deg, 1.0, 90.0)
         check_number(owner, "hysteresis", self.hysteresis, 1.0, 10.0)
         check_integer(owner, "fade", self.fade, 0, 1000)
 
@@ -76,16 +82,23 @@ class _Rectangles:
         dot = np.einsum("pc,pc->p", left, right)
         squares = np.einsum("pc,pc->p", left, left) * np.einsum("pc,pc->p", right, right)
         angle = np.arctan2(np.sqrt(np.maximum(squares - dot * dot, 0.0)), dot)
-        return np.maximum(
-            angle / np.radians(options.angle_deg), options.widths * np.sqrt(wide) / distance
-        )
+        middle = off - 0.5 * (self.along + self.up)
+        aside = np.abs(np.einsum("pc,pc->p", middle, self.along)) / np.sqrt(wide)
+        normal = np.cross(self.along, self.up)
+        ahead = np.abs(np.einsum("pc,pc->p", middle, normal)) / np.sqrt(wide * high)
+        return np.maximum.reduce([
+            angle / np.radians(options.angle_deg),
+            options.widths * np.sqrt(wide) / distance,
+            np.arctan2(aside, ahead) / np.radians(options.slant_deg),
+        ])  # fmt: skip
 
 
 def closeness(portal: Portal, eye: F8, options: SwitchOptions) -> float:
     """How close an eye is: above 1 the portal shows geometry.
 
-    The larger of two ratios: of the angle that the portal's width subtends to the one allowed, and
-    of the distance allowed to the distance of the portal's nearest point.
+    The largest of three ratios: of the angle that the portal's width subtends to the one allowed,
+    of the distance allowed to the distance of the portal's nearest point, and of the angle aside to
+    the one allowed.
     """
     return float(_Rectangles.of([portal]).closeness(eye, options)[0])
 

@@ -10,6 +10,8 @@
             path.json           a walk through the building
             references/p007-c03/  what is seen through portal 7 from cell 3: a scene folder of its
                                   own, which every other command opens too
+            places.json           where pictures were taken inside cells with very many polygons
+            references/c003-e01/  what is seen all round from place 1 in cell 3
 """
 
 from __future__ import annotations
@@ -17,35 +19,51 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from belvedere.ground.errors import SceneError
 from belvedere.model import LitModel
-from belvedere.scene import Affordances, Camera, CameraModel, CameraPath, Frame, ViewingRegion
+from belvedere.scene import (
+    Affordances,
+    Camera,
+    CameraModel,
+    CameraPath,
+    Frame,
+    ViewEntry,
+    ViewingRegion,
+    ViewSet,
+)
 from belvedere.scene.io.json_files import read_json
 from belvedere.scene.io.paths import existing
+from belvedere.walkthrough.cell_images import SIDES, CellImages
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.contents import contents_of
-from belvedere.walkthrough.frame_loop import Walker, WalkOptions
+from belvedere.walkthrough.frame_loop import Walker
 from belvedere.walkthrough.free_space import FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer
 from belvedere.walkthrough.placement import Side
 from belvedere.walkthrough.portal_images import PortalImages
+from belvedere.walkthrough.walk_options import WalkOptions
 
 KIND, VERSION = "walkthrough", 1
 MANIFEST = "belvedere.json"
 KEPT_BYTES = 1 << 30
 """Bytes of references that are kept in memory by default."""
 
-__all__ = ["StoredImages", "Walkthrough", "side_folder"]
+__all__ = ["StoredCellImages", "StoredImages", "Walkthrough", "place_folder", "side_folder"]
 
 
 def side_folder(portal: int, cell: int) -> str:
     """The folder, inside a scene, of what is seen through a portal from a cell."""
     return f"references/p{portal:03d}-c{cell:03d}"
+
+
+def place_folder(cell: int, place: int) -> str:
+    """The folder, inside a scene, of what is seen all round from a place in a cell."""
+    return f"references/c{cell:03d}-e{place:02d}"
 
 
 class StoredImages(Mapping[tuple[int, int], PortalImages]):
@@ -100,6 +118,45 @@ class StoredImages(Mapping[tuple[int, int], PortalImages]):
         return PortalImages(side, tuple(views[k] for k in range(len(views))))
 
 
+class StoredCellImages(Mapping[int, CellImages]):
+    """The pictures of a scene's cells from inside; each is read when it is first asked for.
+
+    Memory: see `belvedere.scene.ViewSet`, for each cell.
+    """
+
+    def __init__(self, folder: Path, cells: int) -> None:
+        self._folder = folder
+        self._cells = tuple(k for k in range(cells) if (folder / place_folder(k, 0)).is_dir())
+        self._read: dict[int, CellImages] = {}
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._cells)
+
+    def __len__(self) -> int:
+        return len(self._cells)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._cells
+
+    def __getitem__(self, key: int) -> CellImages:
+        if key not in self._cells:
+            raise KeyError(key)
+        if key not in self._read:
+            self._read[key] = self._load(key)
+        return self._read[key]
+
+    def _load(self, cell: int) -> CellImages:
+        from belvedere.scene.io.detect import read_views
+
+        entries: list[ViewEntry] = []
+        while (folder := self._folder / place_folder(cell, len(entries) // SIDES)).is_dir():
+            views = read_views(folder)
+            if len(views) != SIDES:
+                raise SceneError(f"{folder}: has {len(views)} pictures, expected {SIDES}")
+            entries += [replace(one, name=f"{folder.name}/{one.name}") for one in views.entries]
+        return CellImages(ViewSet(tuple(entries)))
+
+
 def _bytes(images: PortalImages) -> int:
     return sum(view.nbytes for view in images.references)
 
@@ -124,6 +181,8 @@ class Walkthrough:
     """How many to use; None for as many as there are processors."""
     facts: dict[str, Any] = field(default_factory=dict)
     """What its folder says of it."""
+    cell_images: Mapping[int, CellImages] = field(default_factory=dict)
+    """Pictures from inside of cells that have very many polygons."""
 
     @classmethod
     def open(
@@ -158,7 +217,7 @@ class Walkthrough:
             home = camera
         return cls(
             graph, model, StoredImages(folder, graph), home, way, options or WalkOptions(), threads,
-            dict(facts),
+            dict(facts), StoredCellImages(folder, len(graph.cells)),
         )  # fmt: skip
 
     @property
@@ -191,7 +250,10 @@ class Walkthrough:
 
     def walker(self, options: WalkOptions | None = None) -> Walker:
         """A visitor's window, for frame after frame; several may look at one walkthrough."""
-        return Walker(self.graph, self.drawer, self.images, options or self.options, self.threads)
+        return Walker(
+            self.graph, self.drawer, self.images, options or self.options, self.threads,
+            self.cell_images,
+        )  # fmt: skip
 
     def render(self, camera: CameraModel) -> Frame:
         """One frame by itself: nothing fades in and nothing is kept from earlier ones.

@@ -335,12 +335,33 @@ def test_a_reference_that_sees_another_surface_inside_its_picture_gives_no_colou
     total, weight = np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32)
     _lookup.look_up(
         same_place, np.ones((height, width, 4), np.float32), reference, links, front, front, front,
-        0, 1.0, 1.0, None, 0.03, 0.05, True, total, weight,
+        0, 1.0, 1.0, None, 0.03, 0.05, True, 0, width, total, weight,
     )  # fmt: skip
     assert not weight.any()
 
 
 # ---- threads -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [1, 3, 10])
+def test_coarse_silhouettes_spread_over_many_rows_do_not_depend_on_the_threads(seed: int) -> None:
+    """An intact cell that is many rows high must not ask rows that another band draws."""
+    pytest.importorskip("embreex", reason="needs embreex (pip install 'belvedere[model]')")
+    from belvedere.model import build_interior, photograph
+
+    rng, target = np.random.default_rng(seed), np.array([6.0, 2.2, 1.2])
+    house = build_interior(rays=8)
+    eyes = [np.array([1.4, 1.5, 1.6]) + rng.uniform(-0.3, 0.3, 3) for _ in range(2)]
+    views = [
+        photograph(house, Camera.look_at(eye, target, width=72, height=56, fov_deg=80), 2)
+        for eye in eyes
+    ]
+    eye = np.array([2.4, 1.8, 1.5]) + rng.uniform(-0.4, 0.4, 3)
+    aim = target + rng.uniform(-1, 1, 3)
+    desired = Camera.look_at(eye, aim, width=640, height=512, fov_deg=50)
+    frames = [warp(views, desired, threads=n, reconcile=False) for n in (1, 2, 3, 4)]
+    for other in frames[1:]:
+        np.testing.assert_array_equal(frames[0].color, other.color)
 
 
 def test_five_references_full_of_silhouettes_do_not_depend_on_the_threads() -> None:

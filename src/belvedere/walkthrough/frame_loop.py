@@ -186,11 +186,11 @@ class Walker:
         return Frame(camera, color, disparity, np.ones(camera.size, dtype=np.float32))
 
     def _from_inside(self, sight: Sight, camera: Camera, stats: FrameStatistics) -> Frame:
-        """A cell by its own pictures, from the places nearest to the eye."""
+        """A cell by its own pictures from the places nearest to the eye, or one beyond a portal."""
         images = self.cell_images[sight.cell]
         chosen = [
             index
-            for place in images.nearest(camera.center, self._count)
+            for place in images.nearest(camera.center, self._count if sight.portal < 0 else 1)
             for index in images.in_sight(place, camera)
         ]
         stats.references += len(chosen)

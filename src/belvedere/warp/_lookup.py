@@ -254,7 +254,8 @@ def careful(
 def look_up(
     back: Geometry, color: F4, disparity: F4, links: U1, center: F4, edge: F4, front: F4,
     row_low: int, nearness: Real, gain: Real, part: F4 | None, surface_tolerance: Real,
-    tap_tolerance: Real, first: bool, out_color: F4, out_weight: F4,
+    tap_tolerance: Real, first: bool, column_low: int, column_end: int, out_color: F4,
+    out_weight: F4,
 ) -> None:  # fmt: skip
     """Add one reference's colours, times their weights, in the pixels whose surface it sees.
 
@@ -273,10 +274,13 @@ def look_up(
         surface_tolerance: relative difference of layer and front that are one surface.
         tap_tolerance: relative difference of samples that may be mixed.
         first: whether sums begin here, whatever the outputs hold.
+        column_low: first desired column that the reference can reach.
+        column_end: the one after the last, or more.
         out_color: (rows, width, 4) sum.
         out_weight: (rows, width) sum.
     """
     rows, width = front.shape
+    end = min(column_end, width)
     height, stride = links.shape
     keep, own = ONE - np.float32(surface_tolerance), np.float32(nearness)
     tap, weights = np.float32(tap_tolerance), np.empty((2, 4), np.float32)
@@ -288,18 +292,18 @@ def look_up(
     flat = disparity.reshape(-1)
     for y in range(rows):
         y4 = np.float32(y + row_low)
-        for x_low in range(0, width, CHUNK):
-            count = min(CHUNK, width - x_low)
+        if first:
+            for i in range(y * width, (y + 1) * width):
+                flat_weight[np.uint64(i)] = ZERO
+                store4(out_color, i, zero4())
+        for x_low in range(column_low, end, CHUNK):
+            count = min(CHUNK, end - x_low)
             shows, ends, at = front[y, x_low:], edge[y, x_low:], center[y, x_low:]
             land_pixels(back, y4, x_low, shows, count, ramp, taps, corners, stride, height)
             for i in range(count):
                 delta = shows[i]
                 shown[i] = np.uint8((delta >= ZERO) & (max(at[i], ends[i]) >= delta * keep))
             begin = y * width + x_low
-            if first:
-                for i in range(count):
-                    flat_weight[np.uint64(begin + i)] = ZERO
-                    store4(out_color, begin + i, zero4())
             for i in range(count):
                 if not shown[i]:
                     continue

@@ -91,6 +91,8 @@ def mask_quad(
         steps[2, k], steps[3, k] = ex * oy - ey * ox, cy * ox - cx * oy
     for y in range(top, bottom + 1):
         for x in range(left, right + 1):
+            if mark == SURE and not is_cut(out_edge[y - row_low, x]):
+                continue
             px, py = np.float32(x) - xa, np.float32(y) - ya
             qx, qy = np.float32(x) - xd, np.float32(y) - yd
             above, beside = bx * py - by * px - slack, dx * qy - dy * qx - slack

@@ -116,8 +116,8 @@ def passes_over(delta: Real, edge: Real, cut: Real, nearer: Real) -> bool:
 @kernel
 def reject_seen_through(
     back: Geometry, disparity: F4, links: U1, own: int, onward: Geometry, other_back: Geometry,
-    other_disparity: F4, other_links: U1, other: int, row_low: int, tolerance: Real, centers: F4,
-    edges: F4,
+    other_disparity: F4, other_links: U1, other: int, column_low: int, column_end: int,
+    row_low: int, tolerance: Real, centers: F4, edges: F4,
 ) -> None:  # fmt: skip
     """Take back what another reference drew where this one looks through that place.
 
@@ -138,12 +138,15 @@ def reject_seen_through(
         other_disparity: (H, W) of the other.
         other_links: (H, W) its bits.
         other: number of its layer, not ``own``.
+        column_low: first desired column that the other can reach.
+        column_end: the one after the last, or more.
         row_low: desired row of the first row of layers.
         tolerance: relative difference in disparity from which on it sees something farther.
         centers: (n, rows, width) disparities, -1 where nothing was drawn; changed in place.
         edges: (n, rows, width) those near edges.
     """
     _, rows, width = centers.shape
+    end = min(column_end, width)
     nearer = np.float32(1.0) - np.float32(tolerance)
     asked = np.zeros((width + EIGHT - 1) // EIGHT * EIGHT, np.uint8)
     places = np.empty(asked.size, np.int32)
@@ -155,7 +158,9 @@ def reject_seen_through(
             centers[other, y],
             edges[other, y],
         )
-        for x in range(width):  # where it shows that surface itself it cannot look through
+        for x in range(
+            column_low, end
+        ):  # where it shows that surface itself it cannot look through
             rim = (rims[x] >= ZERO) & (max(mine[x], cuts[x]) < rims[x] * nearer)
             through = (theirs[x] >= ZERO) & (mine[x] < theirs[x] * nearer)
             over = passes_over(theirs[x], rims[x], cuts[x], nearer) & (not is_unsure(theirs[x]))

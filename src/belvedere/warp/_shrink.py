@@ -206,8 +206,8 @@ def half_box(wide: Real, size: Real) -> Real:
 
 @kernel
 def find_levels(
-    back: F4, index: I4 | None, delta: F4, width: int, row_low: int, count: int, out_level: U1,
-    out_part: F4,
+    back: F4, index: I4 | None, delta: F4, width: int, row_low: int, column_low: int,
+    column_end: int, count: int, out_level: U1, out_part: F4,
 ) -> None:  # fmt: skip
     """Which copy of a reference is to tell what each pixel shows, and what its centre does.
 
@@ -217,6 +217,8 @@ def find_levels(
         delta: (n,) disparities there, -1 = none.
         width: of the desired view.
         row_low: desired row of pixel 0.
+        column_low: first desired column that the reference can reach.
+        column_end: the one after the last, or more.
         count: copies there are, the reference itself included.
         out_level: (n,) which copy, 0 the reference itself, `NONE` for none.
         out_part: (n,) what the samples round the pixel's centre count beside that.
@@ -226,7 +228,10 @@ def find_levels(
         if delta[k] < ZERO:
             continue
         at = k if index is None else int(index[k])
-        x4, y4 = np.float32(at % width), np.float32(at // width + row_low)
+        x = at % width
+        if x < column_low or x >= column_end:
+            continue
+        x4, y4 = np.float32(x), np.float32(at // width + row_low)
         side = pixel_box(back, x4, y4, delta[k])[2]
         if side > BEGIN:  # refuses NaN too
             out_level[k] = min(int(np.log2(side / BEGIN)), count - 1)

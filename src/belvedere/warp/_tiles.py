@@ -168,6 +168,31 @@ def list_tiles(
 
 
 @kernel
+def landing_columns(
+    tiles: I4, low: F4, high: F4, warp: F8, width: int, pad: int
+) -> tuple[int, int]:  # fmt: skip
+    """Columns [first, end) of the desired view that tiles can reach; see `landing_rows`.
+
+    tiles is (n, FIELDS) from `list_tiles`, and so are the other arguments.
+    """
+    x_low, x_high = np.inf, -np.inf
+    for n in range(tiles.shape[0]):
+        tu, tv = tiles[n, 0] // TILE, tiles[n, 3] // TILE
+        for corner in range(8):
+            u = tiles[n, 1] + 0.5 if corner & 1 else tiles[n, 0] - 1.0
+            v = tiles[n, 4] + 0.5 if corner & 2 else tiles[n, 3] - 1.0
+            delta = high[tv, tu] if corner & 4 else low[tv, tu]
+            t = warp[2, 0] * u + warp[2, 1] * v + warp[2, 2] + warp[2, 3] * delta
+            if t <= 1e-12:  # the box reaches through the eye's plane: no bound
+                return 0, width
+            x = (warp[0, 0] * u + warp[0, 1] * v + warp[0, 2] + warp[0, 3] * delta) / t
+            x_low, x_high = min(x_low, x), max(x_high, x)
+    if not x_low <= x_high:
+        return 0, 0
+    return int(max(np.floor(x_low) - pad, 0)), int(min(np.ceil(x_high) + pad + 1, width))
+
+
+@kernel
 def list_runs(tiles: I4, out_runs: I4) -> int:
     """Find the tiles that stand side by side in one sheet.
 

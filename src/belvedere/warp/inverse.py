@@ -44,7 +44,7 @@ def paint_inverse(
 
     Args:
         passages: one per reference, the nearest first.
-        weights: (n,) how much each counts.
+        weights: (n,) how much each counts; those that share a layer count alike.
         rows: of the desired view.
         color: (rows, W, 3|4) of the references' type, written.
         disparity: (rows, W), NaN where nothing is known.
@@ -62,9 +62,14 @@ def paint_inverse(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layers:
-    """What each of n references shows in the rows from ``low`` on, in memory of the thread."""
+    """What each of n references shows in the rows from ``low`` on, in memory of the thread.
+
+    References that are parts of one picture share a layer; see `joint.shared_layers`.
+    """
 
     low: int
+    of: list[int]
+    """The number of each reference's layer."""
     centers: F4
     """(n, rows, W) disparity at the centre of each pixel, -1 = none."""
     edges: F4
@@ -92,13 +97,14 @@ def _draw_layers(passages: Sequence[Passage], low: int, size: tuple[int, int]) -
     """Scan-convert every reference's surface into a layer of its own."""
     from belvedere.warp import _surface, _surface_any
 
-    count, tolerance = len(passages), passages[0].options.surface_tolerance
+    of = [n if passage.layer < 0 else passage.layer for n, passage in enumerate(passages)]
+    count, tolerance = max(of) + 1, passages[0].options.surface_tolerance
     centers = scratch("inverse centers", (count, *size), np.float32)
     edges = scratch("inverse edges", (count, *size), np.float32)
     masks = scratch("inverse masks", (count, *size), np.uint16)
     centers.fill(-1.0)
     edges.fill(-1.0)
-    for n, passage in enumerate(passages):
+    for n, passage in zip(of, passages, strict=True):
         parts = passage.silhouettes.parts
         layer = centers[n], edges[n], masks[n]
         drawing = _surface if passage.w.dtype == np.float32 else _surface_any
@@ -106,7 +112,7 @@ def _draw_layers(passages: Sequence[Passage], low: int, size: tuple[int, int]) -
         # parts first: intact cells are only asked how much they cover where an edge is known
         drawing.draw_parts(passage.w, parts.corners, parts.near, parts.ends, *given)
         drawing.draw_surface(passage.w, passage.disparity, passage.links, *given)
-    return _Layers(low, centers, edges, masks)
+    return _Layers(low, of, centers, edges, masks)
 
 
 def _reject(passages: Sequence[Passage], layers: _Layers) -> None:
@@ -117,10 +123,12 @@ def _reject(passages: Sequence[Passage], layers: _Layers) -> None:
     if options.merge_ratio is not None:
         _rejection.keep_one_reference(options.merge_ratio, centers, edges)
         return
-    for (n, one), (k, other) in permutations(enumerate(passages), 2):
+    for (n, one), (k, other) in permutations(zip(layers.of, passages, strict=True), 2):
+        if n == k:
+            continue
         _rejection.reject_seen_through(
             *(one.back, one.disparity, one.links, n),
-            *(other.w, other.back, other.disparity, other.links, k),
+            *(other.w, other.back, other.disparity, other.links, k, *other.columns),
             *(layers.low, options.surface_tolerance, centers, edges),
         )
 
@@ -142,8 +150,10 @@ def _merge(passages: Sequence[Passage], weights: F4, layers: _Layers) -> _Shown:
             *(passage.back, passage.disparity, index, behind, cracks),
             *(size[1], layers.low, tolerance, seen),
         )
+    nearness = np.empty(len(centers), np.float32)
+    nearness[layers.of] = weights
     partial = _layers.merge_layers(
-        *(centers, edges, layers.masks, weights, tolerance, seen, cracks),
+        *(centers, edges, layers.masks, nearness, tolerance, seen, cracks),
         *(front, alpha, index, behind),
     )
     return _Shown(front, alpha, index, behind, partial)
@@ -173,12 +183,13 @@ def _color(
     below_weight.fill(0.0)
     for n, passage in enumerate(passages):
         back, clean, own = passage.back, passage.silhouettes.color, passage.disparity
-        share, layer = (weights[n], passage.gain), (layers.centers[n, core], layers.edges[n, core])
+        number, share = layers.of[n], (weights[n], passage.gain)
+        layer = layers.centers[number, core], layers.edges[number, core]
         tolerance = passage.options.surface_tolerance
         asked = _ask_copies(passage, None, front, width, rows[0])
         _lookup.look_up(
             *(back, clean, own, passage.links, *layer, front, rows[0], *share, asked.part),
-            *(tolerance, EDGE_TOLERANCE, n == 0, total, total_weight),
+            *(tolerance, EDGE_TOLERANCE, n == 0, *passage.columns, total, total_weight),
         )
         if passage.copies:
             sees = np.maximum(*layer) >= front * np.float32(1.0 - tolerance)
@@ -243,7 +254,7 @@ def _ask_copies(
         levels = scratch(f"inverse {purpose} levels", flat.shape, np.uint8)
         part = scratch(f"inverse {purpose} part", delta.shape, np.float32)
         _shrink.find_levels(
-            *(passage.back, index, flat, width, low, len(passage.copies)),
+            *(passage.back, index, flat, width, low, *passage.columns, len(passage.copies)),
             *(levels, part.reshape(-1)),
         )
     return _Asked(passage, index, flat, width, low, levels, part)

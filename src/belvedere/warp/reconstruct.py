@@ -215,6 +215,11 @@ class Passage:
     """Factor of its linear colours, so that references are exposed alike."""
     copies: tuple[Copy, ...] = field(default=(), kw_only=True)
     """The reference and smaller copies of it, if the desired view shrinks it."""
+    layer: int = field(default=-1, kw_only=True)
+    """Number of the layer of `inverse` that it is drawn to, if references share layers; see
+    `joint.shared_layers`."""
+    columns: tuple[int, int] = field(default=(0, 1 << 30), kw_only=True)
+    """First column of the desired view that it can reach, and the one after the last."""
 
     @property
     def silhouettes(self) -> Silhouettes:

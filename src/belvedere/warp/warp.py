@@ -18,6 +18,7 @@ from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, Frame, ReferenceView
 from belvedere.warp.equation import epipole, warp_matrix
 from belvedere.warp.features import feature_channels, gather_features
+from belvedere.warp.joint import join_parts
 from belvedere.warp.manifold import central, check_planar, same_pixels
 from belvedere.warp.order import (
     Sheet,
@@ -170,6 +171,11 @@ def warp_prepared(
         _passage(one, desired, chosen, threads, correction)
         for one, correction in zip(prepared, mended, strict=True)
     ]
+    weights = nearness_weights(prepared, desired)
+    if shown is not None:
+        weights = weights * np.array(shown, np.float32)
+        weights /= weights.sum()
+    passages, kept = join_parts(passages)
 
     size = desired.size
     pixels = size[0] * size[1]
@@ -179,15 +185,11 @@ def warp_prepared(
     coverage: F4 = np.ndarray(size, np.float32, block, 4 * pixels)
     held = prepared[0].color
     color = np.ndarray((*size, held.shape[2]), held.dtype, block, 8 * pixels)
-    weights = nearness_weights(prepared, desired)
-    if shown is not None:
-        weights = weights * np.array(shown, np.float32)
-        weights /= weights.sum()
     count = thread_count(threads)
 
     def work(rows: tuple[int, int]) -> None:
         band = slice(*rows)
-        _paint_band(passages, weights, rows, color[band], disparity[band], coverage[band])
+        _paint_band(passages, weights[kept], rows, color[band], disparity[band], coverage[band])
 
     if RECONSTRUCTORS[chosen.reconstruction].scatters:
         layers = len(prepared) * (2 if chosen.reconstruction == "splat" else 1)
@@ -411,6 +413,9 @@ def _passage(
     if looks_back:
         back = correction.backward(warp_matrix(desired, prepared.camera))
     tiles = tiles[:count]
+    columns = 0, desired.width
+    if reconstructor.together:
+        columns = _tiles.landing_columns(tiles, low, high, matrix, desired.width, 1)
     copies: tuple[Copy, ...] = ()
     links = prepared.links(threads) if reconstructor.joins else np.empty((0, 0), np.uint8)
     if reconstructor.together:
@@ -432,6 +437,7 @@ def _passage(
         runs_of(tiles) if reconstructor.scatters else tiles[:0],
         gain=correction.gain,
         copies=copies,
+        columns=columns,
     )
 
 

@@ -1,0 +1,69 @@
+"""References that are parts of one picture: the sides of a box round one eye.
+
+What one eye sees in one direction is one surface, so parts that hardly overlap have nothing to tell
+one another, and together they take no more room than one reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from belvedere.scene import Camera
+from belvedere.warp.prepare import PreparedView
+from belvedere.warp.reconstruct import Passage
+
+__all__ = ["join_parts", "shared_layers"]
+
+
+def join_parts(passages: Sequence[Passage]) -> tuple[list[Passage], list[int]]:
+    """Let parts of one picture share a layer, and leave out those that the desired view misses.
+
+    Returns:
+        The passages, and their numbers among those given. Where none has parts, all of them.
+    """
+    shared = shared_layers([one.prepared for one in passages])
+    if shared is None or not all(one.back.size == 12 for one in passages):
+        return list(passages), list(range(len(passages)))
+    kept = [n for n, one in enumerate(passages) if len(one.tiles)] or [0]
+    numbers = {layer: k for k, layer in enumerate(dict.fromkeys(shared[n] for n in kept))}
+    return [replace(passages[n], layer=numbers[shared[n]]) for n in kept], kept
+
+
+def shared_layers(views: Sequence[PreparedView]) -> list[int] | None:
+    """For each view the number of the layer it belongs to; None if each has one of its own.
+
+    Views share a layer when they have the same eye, to the bit, and none sees the middle of
+    another's picture. Layers are numbered in the order of their first views.
+    """
+    cameras = [one.camera for one in views]
+    eyes = [camera.center.tobytes() for camera in cameras]
+    if len(set(eyes)) == len(eyes) or not all(isinstance(one, Camera) for one in cameras):
+        return None
+    parts: list[list[int]] = []
+    for n, camera in enumerate(cameras):
+        for part in parts:
+            if eyes[part[0]] == eyes[n] and not any(_overlap(camera, cameras[k]) for k in part):
+                part.append(n)
+                break
+        else:
+            parts.append([n])
+    if len(parts) == len(views):
+        return None
+    numbers = [0] * len(views)
+    for number, part in enumerate(parts):
+        for n in part:
+            numbers[n] = number
+    return numbers
+
+
+def _overlap(one: Camera, other: Camera) -> bool:
+    return _sees_middle(one, other) or _sees_middle(other, one)
+
+
+def _sees_middle(one: Camera, other: Camera) -> bool:
+    """Whether the middle of the other's picture is in one's, from the same eye."""
+    middle = np.array([(other.width - 1) / 2.0, (other.height - 1) / 2.0, 1.0])
+    return bool((one.edge_planes @ (other.matrix @ middle) > 0.0).all())

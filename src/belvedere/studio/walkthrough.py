@@ -40,7 +40,7 @@ SSIM_EVERY = 4
 WARM_UP = 3
 """Frames made before the first that is timed: kernels are compiled and buffers made."""
 
-__all__ = ["Compared", "WalkResult", "cameras_of", "frames_along", "walk"]
+__all__ = ["Compared", "Popping", "WalkResult", "cameras_of", "frames_along", "walk"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,6 +265,23 @@ def variation(times: npt.NDArray[np.float64]) -> float:
     return float(times.std() / times.mean()) if len(times) and times.mean() > 0 else 0.0
 
 
+class Popping:
+    """Changes between frames that no true motion explains."""
+
+    def __init__(self) -> None:
+        self.largest = 0.0
+        """So far."""
+        self._before: F4 | None = None
+
+    def add(self, frame: Frame, exact: Frame) -> None:
+        """The next frame, and what it should show."""
+        error = _blocks(frame.color.astype(np.float32) - exact.color.astype(np.float32))
+        if self._before is not None:
+            change = error - self._before
+            self.largest = max(self.largest, float(np.sqrt(np.mean(change * change))))
+        self._before = error
+
+
 class _Meter:
     """Gathers quality frame by frame."""
 
@@ -272,8 +289,7 @@ class _Meter:
         self._times: list[float] = []
         self._psnr: list[float] = []
         self._ssim: list[float] = []
-        self._popping = 0.0
-        self._before: F4 | None = None
+        self._popping = Popping()
 
     def add(
         self, index: int, frame: Frame, exact: Frame, known: npt.NDArray[np.bool_], ms: float
@@ -282,17 +298,14 @@ class _Meter:
         self._psnr.append(psnr(frame.color, exact.color, known))
         if index % SSIM_EVERY == 0:
             self._ssim.append(ssim(frame.color, exact.color, known))
-        error = _blocks(frame.color.astype(np.float32) - exact.color.astype(np.float32))
-        if self._before is not None:
-            change = error - self._before
-            self._popping = max(self._popping, float(np.sqrt(np.mean(change * change))))
-        self._before = error
+        self._popping.add(frame, exact)
 
     def result(self, holes: list[float]) -> Compared:
         finite = [min(value, 100.0) for value in self._psnr if not math.isnan(value)]
         worst = int(np.argmax(holes)) if max(holes) > 0.0 else int(np.argmin(self._psnr))
         return Compared(
-            tuple(self._times), float(np.mean(finite)), float(np.mean(self._ssim)), self._popping,
+            tuple(self._times), float(np.mean(finite)), float(np.mean(self._ssim)),
+            self._popping.largest,
             worst,
         )  # fmt: skip
 

@@ -36,29 +36,50 @@ def say_table(table: Any) -> None:
     Console(file=sys.stdout).print(table)
 
 
+def most_memory() -> str:
+    """How much this process has held at most, "" where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return ""
+    held = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    held *= 1 if sys.platform == "darwin" else 1024
+    return f"memory {held / 1e9:.1f} GB"
+
+
 @contextmanager
-def progress_bar(*, quiet: bool = False) -> Iterator[Progress]:
-    """A bar with the time left on the error stream; where that is no terminal, a line a stage."""
+def progress_bar(*, quiet: bool = False, memory: bool = False) -> Iterator[Progress]:
+    """A bar with the time left on the error stream; where that is no terminal, a line a stage.
+
+    ``memory`` adds the most that this process has held.
+    """
     if quiet:
         yield lambda done, total, what: None
     elif sys.stderr.isatty():
-        with _rich_bar() as tell:
+        with _rich_bar(memory) as tell:
             yield tell
     else:
-        yield _plain_lines()
+        yield _plain_lines(memory)
 
 
 @contextmanager
-def _rich_bar() -> Iterator[Progress]:
+def _rich_bar(memory: bool) -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
+        ProgressColumn,
+        Task,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
     from rich.progress import Progress as RichProgress
+    from rich.text import Text
+
+    class Memory(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text("" if task.finished else most_memory())
 
     with RichProgress(
         TextColumn("{task.description}"),
@@ -67,6 +88,7 @@ def _rich_bar() -> Iterator[Progress]:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
+        *([Memory()] if memory else []),
         console=Console(stderr=True),
         transient=True,
     ) as bar:
@@ -80,7 +102,7 @@ def _rich_bar() -> Iterator[Progress]:
         yield tell
 
 
-def _plain_lines() -> Progress:
+def _plain_lines(memory: bool) -> Progress:
     began: dict[str, float] = {}
 
     def tell(done: int, total: int, what: str, /) -> None:
@@ -90,6 +112,8 @@ def _plain_lines() -> Progress:
                 there = f"{done} of {total} are there, " if done else ""
                 note(f"{what}: {there}{total - done} to do")
         elif done >= total > 1:
-            note(f"{what}: done in {time.monotonic() - began[what]:.1f} s")
+            held = most_memory() if memory else ""
+            seconds = f"{time.monotonic() - began[what]:.1f} s"
+            note(f"{what}: done in {seconds}" + (f", {held}" if held else ""))
 
     return tell

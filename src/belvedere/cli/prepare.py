@@ -203,7 +203,8 @@ def prepare(
         else:
             say(f"{model}: {guess.summary}")
         return
-    with progress_bar(quiet=as_json) as tell:
+    # on a cluster the workers hold the model, and Dask's own page shows their memory
+    with progress_bar(quiet=as_json, memory=cluster is None) as tell:
         made = make(
             model, target, options=options, cluster=cluster, workers=workers, force=force,
             progress=tell,

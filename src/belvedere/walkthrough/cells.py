@@ -164,10 +164,12 @@ class CellGraph:
         found = np.full(len(p), OUTSIDE, dtype=np.int32)
         height = np.full(len(p), -np.inf)
         low, high = self._boxes
-        near = ((p[:, None] >= low) & (p[:, None] <= high)).all(axis=2).any(axis=0)
-        for index in np.flatnonzero(near):
-            cell = self.cells[index]
-            better = cell.contains(p) & (cell.floor > height)
+        near = np.ones((len(low), len(p)), dtype=bool)
+        for c in range(3):
+            near &= (p[:, c] >= low[:, c, None]) & (p[:, c] <= high[:, c, None])
+        for index in np.flatnonzero(near.any(axis=1)):
+            cell, some = self.cells[index], np.flatnonzero(near[index])
+            better = some[cell.contains(p[some]) & (cell.floor > height[some])]
             found[better] = index
             height[better] = cell.floor
         return found

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from belvedere.studio.progress import Progress
+from belvedere.ground.progress import Progress
 
 
 def say(text: str) -> None:

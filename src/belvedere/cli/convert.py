@@ -74,10 +74,10 @@ def convert(
         options["depth_format"] = depth_format
     with progress_bar(quiet=as_json) as tell:
 
-        def told(done: int, total: int) -> None:
+        def told(done: int, total: int, what: str) -> None:
             if done == 1:  # what is refused is refused before a word about work
-                tell(0, total, "writing views")
-            tell(done, total, "writing views")
+                tell(0, total, what)
+            tell(done, total, what)
 
         saved = write_views(
             views,

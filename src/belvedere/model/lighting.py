@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer
+from belvedere.ground.progress import Progress, silent
 from belvedere.model.building import Building
 from belvedere.model.chart_mesh import charts_of
-from belvedere.model.light import Lamp, LightSettings, Progress, bake
+from belvedere.model.light import Lamp, LightSettings, bake
 from belvedere.model.photograph import LitModel
 from belvedere.model.raycast import RayCaster
 from belvedere.scene.mesh import Mesh
@@ -34,7 +35,7 @@ def light_model(
     settings: LightSettings | None = None,
     rays: int = 64,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> LitModel:
     """Bake light on any mesh.
 
@@ -44,7 +45,7 @@ def light_model(
         settings: what shines and how finely it is stored; None for a sunny day, with lamps on.
         rays: gathered for each point of light, where ``settings`` is None.
         threads: how many to use; None for as many as there are processors. The light is the same.
-        progress: called as ``progress(done, total, what)``.
+        progress: told in hundredths.
 
     Raises:
         InputError: the mesh has no faces; rays not 4 to 4096.

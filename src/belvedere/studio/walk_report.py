@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene import Camera, Frame
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
@@ -26,7 +27,6 @@ from belvedere.studio._pictures import data_uri
 from belvedere.studio._times_chart import times_chart
 from belvedere.studio.difference import picture_with_holes, signed_difference
 from belvedere.studio.machine import describe_machine
-from belvedere.studio.progress import Progress, silent
 from belvedere.studio.walkthrough import WalkResult, walk
 from belvedere.walkthrough import Mode, WalkOptions
 from belvedere.walkthrough.walkthrough import Walkthrough

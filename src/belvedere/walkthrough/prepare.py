@@ -25,6 +25,7 @@ import numpy as np
 
 from belvedere.ground.checks import check_choice, check_number
 from belvedere.ground.errors import MissingFileError, SceneError
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.version import __version__
 from belvedere.scene import Affordances, ViewSet
 from belvedere.scene.io.json_files import read_json, write_json
@@ -40,7 +41,6 @@ from belvedere.walkthrough.walkthrough import KIND, MANIFEST, VERSION, side_fold
 
 Placement = Literal["error", "arc"]
 CellSource = Literal["auto", "stated", "found"]
-Progress = Callable[[int, int, str], None]
 
 __all__ = ["Estimate", "PrepareOptions", "Prepared", "estimate", "prepare"]
 
@@ -113,11 +113,6 @@ class Prepared:
             "cell_names": list(self.cells),
             "findings": list(self.findings),
         }
-
-
-def silent(done: int, total: int, what: str, /) -> None:
-    """The listener nobody listens to."""
-    del done, total, what
 
 
 def prepare(

@@ -11,9 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -23,6 +21,7 @@ from belvedere.scene import Camera, Frame
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
 from belvedere.studio._chart import Line, legend
+from belvedere.studio._page_frame import PageFrame, framed_page
 from belvedere.studio._pictures import data_uri
 from belvedere.studio._times_chart import times_chart
 from belvedere.studio.difference import picture_with_holes, signed_difference
@@ -112,49 +111,44 @@ def _page(
     scene: Walkthrough,
 ) -> str:  # fmt: skip
     machine = describe_machine(scene.threads)
-    version = escape(machine.as_dict()["packages"]["belvedere"])
     two = results["two"]
     times = {mode: result.times.tolist() for mode, result in results.items()}
     lines = [Line(mode, tuple(values), k) for k, (mode, values) in enumerate(times.items())]
-    page = files("belvedere.studio") / "page"
     width, height = two.size
-    return Template((page / "walk.html").read_text("utf-8")).substitute(
-        title=escape(title), version=version, style=(page / "report.css").read_text("utf-8"),
-        lede=f"{len(two.frames)} frames of {width} × {height} through "
+    frame = PageFrame(
+        "walk", title, machine.as_dict()["packages"]["belvedere"],
+        f"{len(two.frames)} frames of {width} × {height} through "
         f"{len(scene.graph.cells)} cells and {len(scene.graph.portals)} portals, three times: "
         "the polygons of all cells in sight, and pictures behind portals, one or two of them "
         "warped.",
-        figures=_figures(two),
-        table=_table(results),
-        table_note="Variation is the standard deviation of the frame times over their mean. "
+        _figures(two),
+    )  # fmt: skip
+    parts = {
+        "table": _table(results),
+        "table_note": "Variation is the standard deviation of the frame times over their mean. "
         "PSNR and SSIM compare with culling on covered pixels; popping is the largest change "
         "of the error from one frame to the next, in 255ths.",
-        legend=legend(lines),
-        chart_wide=times_chart(times, 1120), chart_narrow=times_chart(times, 360),
-        pictures_note=f"Frame {worst}, where one reference leaves most holes, marked in rose. "
+        "legend": legend(lines),
+        "chart_wide": times_chart(times, 1120), "chart_narrow": times_chart(times, 360),
+        "pictures_note": f"Frame {worst}, where one reference leaves most holes, marked in rose. "
         "Grey in the difference is no difference.",
-        pictures=_pictures(frames),
-        facts="".join(f"<dt>{escape(k)}</dt><dd>{escape(str(v))}</dd>"
+        "pictures": _pictures(frames),
+        "facts": "".join(f"<dt>{escape(k)}</dt><dd>{escape(str(v))}</dd>"
                       for k, v in _facts(scene, machine.as_dict()).items()),
-        footer=f"Written by belvedere {version}. This page needs no network; report.json beside "
-        "it holds every number.",
-    )  # fmt: skip
+    }  # fmt: skip
+    return framed_page(frame, "walk", parts)
 
 
-def _figures(two: WalkResult) -> str:
+def _figures(two: WalkResult) -> list[tuple[str, str, str]]:
     other = two.compared
     assert other is not None
     holes = 100 * float(np.mean([frame.holes for frame in two.frames]))
-    cells = (
+    return [
         ("frames a second", f"{1e3 / two.median:.0f}", f"median {two.median:.1f} ms"),
         ("speed-up", f"{two.speedup_overall:.1f}×", f"{two.speedup_best:.1f}× at best"),
         ("PSNR", f"{other.psnr:.1f}", "dB"),
         ("holes", f"{holes:.2f}", "% of the pixels"),
-    )
-    return "".join(
-        f"<div><dt>{name}</dt><dd>{value}<small>{unit}</small></dd></div>"
-        for name, value, unit in cells
-    )
+    ]
 
 
 def _table(results: dict[str, WalkResult]) -> str:

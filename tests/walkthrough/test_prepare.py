@@ -23,9 +23,9 @@ from belvedere.walkthrough import (
     PrepareOptions,
     WalkOptions,
     Walkthrough,
+    estimate,
     prepare,
 )
-from belvedere.walkthrough.prepare import estimate
 
 QUICK = PrepareOptions(rays=4, references=PlacementOptions(count=2, texels=32))
 

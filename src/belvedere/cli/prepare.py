@@ -156,9 +156,8 @@ def prepare(
     belvedere prepare house.ifc -o house --dry-run;
     belvedere prepare house.glb --cells found --placement arc
     """  # fmt: skip
-    from belvedere.walkthrough.placement import PlacementOptions
-    from belvedere.walkthrough.prepare import PrepareOptions, estimate
-    from belvedere.walkthrough.prepare import prepare as make
+    from belvedere.walkthrough import PlacementOptions, PrepareOptions, estimate
+    from belvedere.walkthrough import prepare as make
 
     options = PrepareOptions(
         cells=cells.value, cells_file=None if cells_file is None else str(cells_file.absolute()),

@@ -8,48 +8,43 @@ Source: Rafferty, Aliaga and Lastra 1998, figures A to D; spec portal-walkthroug
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from belvedere.ground.color import color_to_srgb8
 from belvedere.ground.progress import Progress, silent
-from belvedere.scene import Camera, Frame
+from belvedere.scene import Camera
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
+from belvedere.scene.view import Color
 from belvedere.studio._chart import Line, legend
 from belvedere.studio._page_frame import PageFrame, framed_page
 from belvedere.studio._pictures import data_uri
 from belvedere.studio._times_chart import times_chart
 from belvedere.studio.difference import picture_with_holes, signed_difference
 from belvedere.studio.machine import describe_machine
+from belvedere.studio.metrics import Mask
 from belvedere.studio.walkthrough import WalkResult, walk
 from belvedere.walkthrough import Mode, WalkOptions
 from belvedere.walkthrough.walkthrough import Walkthrough
+
+U1 = npt.NDArray[np.uint8]
 
 SCHEMA = "belvedere.walk"
 SHOWN: tuple[Mode, ...] = ("culling", "one", "two")
 """Modes of the page."""
 MOST_BYTES = 400_000
 """Of one picture of the page."""
+LEAD_IN = 12
+"""Frames made before one that is shown."""
 
-__all__ = ["report_walk"]
-
-
-@dataclass(slots=True)
-class _Worst:
-    """The frame with most holes that has been shown so far."""
-
-    index: int = -1
-    holes: float = -1.0
-
-    def observe(self, index: int, frame: Frame, truth: Frame | None) -> None:
-        del truth
-        if frame.hole_fraction > self.holes:
-            self.index, self.holes = index, frame.hole_fraction
+__all__ = ["paper_figures", "report_walk"]
 
 
 def report_walk(
@@ -61,7 +56,7 @@ def report_walk(
     title: str = "A walk",
     force: bool = False,
     progress: Progress = silent,
-) -> dict[str, WalkResult]:
+) -> dict[Mode, WalkResult]:
     """Walk by every mode of `SHOWN` and write ``report.json`` and ``report.html``.
 
     Args:
@@ -82,19 +77,19 @@ def report_walk(
     target = Path(output).absolute()
     check_replaceable(target, force, "report.json")
     chosen = options or scene.options
-    worst = _Worst()
-    results: dict[str, WalkResult] = {}
-    for mode in SHOWN:
-        results[mode] = walk(
+    results: dict[Mode, WalkResult] = {
+        mode: walk(
             scene, cameras, replace(chosen, mode=mode), compare=mode != "culling",
-            observe=worst.observe if mode == "one" else None, progress=progress,
-        )  # fmt: skip
-    frames = {
-        mode: scene.walker(replace(chosen, mode=mode)).frame(cameras[worst.index]) for mode in SHOWN
-    }
-    page = _page(title, results, frames, worst.index, scene)
+            progress=progress,
+        )
+        for mode in SHOWN
+    }  # fmt: skip
+    compared = results["one"].compared
+    assert compared is not None
+    worst = compared.worst
+    page = _page(title, results, paper_figures(scene, cameras, worst, chosen), worst, scene)
     numbers = {
-        "schema": SCHEMA, "version": 1, "title": title, "worst_frame": worst.index,
+        "schema": SCHEMA, "version": 1, "title": title, "worst_frame": worst,
         "machine": describe_machine(scene.threads).as_dict(),
         "modes": {mode: result.as_dict() for mode, result in results.items()},
         "ms": {mode: [round(t, 3) for t in result.times.tolist()]
@@ -106,8 +101,38 @@ def report_walk(
     return results
 
 
+def paper_figures(
+    scene: Walkthrough, cameras: Sequence[Camera], index: int, options: WalkOptions | None = None
+) -> dict[str, U1]:
+    """The four figures of the paper, from one frame of a walk.
+
+    Args:
+        scene: the prepared building.
+        cameras: of the walk.
+        index: the frame to show; a few before it are made too, since what is a picture and what
+            polygons depends on where one comes from.
+        options: all but the mode.
+
+    Returns:
+        (H, W, 3) pictures by caption. What no reference saw is rose, in D no difference is grey.
+    """
+    shown: dict[Mode, tuple[Color, Mask]] = {}
+    for mode in SHOWN:
+        walker = scene.walker(replace(options or scene.options, mode=mode))
+        for camera in cameras[max(index - LEAD_IN, 0) : index]:
+            walker.frame(camera)
+        shown[mode] = walker.frame(cameras[index]).color, ~walker.holes
+    (one, seen), (two, known), (exact, _) = (shown[mode] for mode in ("one", "two", "culling"))
+    return {
+        "A  one reference": picture_with_holes(one, seen.astype(np.float32)),
+        "B  two references": picture_with_holes(two, known.astype(np.float32)),
+        "C  polygons": color_to_srgb8(exact),
+        "D  signed difference of B and C": signed_difference(two, exact, known),
+    }
+
+
 def _page(
-    title: str, results: dict[str, WalkResult], frames: dict[str, Frame], worst: int,
+    title: str, results: Mapping[Mode, WalkResult], figures: Mapping[str, U1], worst: int,
     scene: Walkthrough,
 ) -> str:  # fmt: skip
     machine = describe_machine(scene.threads)
@@ -132,7 +157,7 @@ def _page(
         "chart_wide": times_chart(times, 1120), "chart_narrow": times_chart(times, 360),
         "pictures_note": f"Frame {worst}, where one reference leaves most holes, marked in rose. "
         "Grey in the difference is no difference.",
-        "pictures": _pictures(frames),
+        "pictures": _pictures(figures),
         "facts": "".join(f"<dt>{escape(k)}</dt><dd>{escape(str(v))}</dd>"
                       for k, v in _facts(scene, machine.as_dict()).items()),
     }  # fmt: skip
@@ -151,7 +176,7 @@ def _figures(two: WalkResult) -> list[tuple[str, str, str]]:
     ]
 
 
-def _table(results: dict[str, WalkResult]) -> str:
+def _table(results: Mapping[Mode, WalkResult]) -> str:
     heads = ("mode", "median ms", "99 % ms", "variation", "speed-up", "best", "holes %",
              "PSNR dB", "SSIM", "popping")  # fmt: skip
     rows = []
@@ -171,19 +196,11 @@ def _table(results: dict[str, WalkResult]) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
-def _pictures(frames: dict[str, Frame]) -> str:
-    two, exact = frames["two"], frames["culling"]
-    shown: list[tuple[str, Any]] = [
-        ("A  one reference", picture_with_holes(frames["one"].color, frames["one"].coverage)),
-        ("B  two references", picture_with_holes(two.color, two.coverage)),
-        ("C  polygons", exact.color),
-        ("D  signed difference of B and C", signed_difference(two.color, exact.color,
-                                                             two.coverage > 0)),
-    ]  # fmt: skip
+def _pictures(figures: Mapping[str, U1]) -> str:
     return "".join(
         f'<figure><img alt="{escape(caption)}" src="{data_uri(picture, MOST_BYTES)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
-        for caption, picture in shown
+        for caption, picture in figures.items()
     )
 
 

@@ -12,13 +12,14 @@ import pytest
 
 pytest.importorskip("distributed", reason="needs dask (pip install 'belvedere[cluster]')")
 
-from belvedere.ground.errors import MissingFileError, OutputError, SceneError
+from belvedere.ground.errors import FileFormatError, MissingFileError, OutputError, SceneError
 from belvedere.model import Building, Room, write_glb
 from belvedere.scene import Scene
 from belvedere.scene.io import read_views
 from belvedere.studio.scenes import open_scene
 from belvedere.studio.walkthrough import cameras_of, frames_along, walk
 from belvedere.walkthrough import (
+    FreeSpace,
     PlacementOptions,
     PrepareOptions,
     WalkOptions,
@@ -54,7 +55,15 @@ def test_the_folder_holds_what_it_says(flat: Path) -> None:
         len(read_views(side)) for side in (flat / "references").iterdir()
     )
     names = {path.name for path in flat.iterdir()}
-    assert {"cells.json", "model.glb", "model.lit", "path.json", "plan.png", "plan.svg"} <= names
+    assert {
+        "cells.json",
+        "free.npz",
+        "model.glb",
+        "model.lit",
+        "path.json",
+        "plan.png",
+        "plan.svg",
+    } <= names
     assert not [path for path in flat.rglob("*") if "partial" in path.name]
 
 
@@ -135,6 +144,26 @@ def test_a_random_walk_stays_inside(flat: Path) -> None:
     eyes = np.array([camera.center for camera in cameras_of(scene, "random", 20, (32, 24), 5)])
     low, high = scene.viewing_region.low, scene.viewing_region.high
     assert ((eyes > low - 0.5) & (eyes < high + 0.5)).all()
+
+
+def test_free_space_is_read_from_the_scene_or_found_where_it_holds_none(
+    flat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(flat, old)
+    (old / "free.npz").unlink()
+
+    def strolled(folder: Path) -> np.ndarray:
+        cameras = cameras_of(Walkthrough.open(folder), "random", 9, (32, 24), 3)
+        return np.array([camera.camera_to_world for camera in cameras])
+
+    found = strolled(old)
+    with monkeypatch.context() as patch:
+        patch.setattr(FreeSpace, "of_mesh", None)
+        np.testing.assert_array_equal(strolled(flat), found)
+    (old / "free.npz").write_bytes((flat / "free.npz").read_bytes()[:5000])
+    with pytest.raises(FileFormatError, match=r"free\.npz"):
+        strolled(old)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.model_source import cells_of, is_built_in, read_source
 from belvedere.walkthrough.placement import semicircle_eyes, sides_of
 from belvedere.walkthrough.prepare_options import PrepareOptions
-from belvedere.walkthrough.walkthrough import side_folder
+from belvedere.walkthrough.walkthrough import FREE, side_folder
 
 __all__ = ["graph_in", "make_cells", "make_model", "make_references"]
 
@@ -45,7 +45,7 @@ def make_model(folder: str, source: str, options: PrepareOptions, threads: int |
 
 
 def make_cells(folder: str, options: PrepareOptions) -> None:
-    """Find cells and portals, check them, draw the plan, and lay a walk through them."""
+    """Find cells and portals, check them, draw the plan, and say where one can walk."""
     from belvedere.model import Building
     from belvedere.walkthrough.checking import check_cells
     from belvedere.walkthrough.free_space import FreeSpace
@@ -64,11 +64,13 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
     plan = draw_plan(graph, mesh)
     plan.save(here / "plan.svg")
     plan.save(here / "plan.png")
-    if not (here / "path.json").is_file():
-        try:
-            tour(graph, FreeSpace.of_mesh(mesh)).save(here / "path.json")
-        except SceneError as error:
-            findings.append(f"note: no walk was laid through the building: {error}")
+    try:
+        space = FreeSpace.of_mesh(mesh)
+        space.save(here / FREE)
+        if not (here / "path.json").is_file():
+            tour(graph, space).save(here / "path.json")
+    except SceneError as error:
+        findings.append(f"note: no walk was laid through the building: {error}")
     write_json(here / "findings.json", {"findings": findings})
     save_graph(graph, here / "cells.json")
 

@@ -7,6 +7,7 @@
             model.lit           the polygons with their baked light, for us
             cells.json          cells and portals; may be edited by hand
             plan.svg, plan.png  the floor plan
+            free.npz            where a visitor can stand
             path.json           a walk through the building
             references/p007-c03/  what is seen through portal 7 from cell 3: a scene folder of its
                                   own, which every other command opens too
@@ -37,6 +38,8 @@ from belvedere.walkthrough.portal_images import PortalImages
 
 KIND, VERSION = "walkthrough", 1
 MANIFEST = "belvedere.json"
+FREE = "free.npz"
+"""Where a visitor can stand; scenes of earlier versions have none."""
 KEPT_BYTES = 1 << 30
 """Bytes of references that are kept in memory by default."""
 
@@ -124,6 +127,8 @@ class Walkthrough:
     """How many to use; None for as many as there are processors."""
     facts: dict[str, Any] = field(default_factory=dict)
     """What its folder says of it."""
+    free: Path | None = None
+    """A file of its free space; None to find that from the polygons."""
 
     @classmethod
     def open(
@@ -158,7 +163,7 @@ class Walkthrough:
             home = camera
         return cls(
             graph, model, StoredImages(folder, graph), home, way, options or WalkOptions(), threads,
-            dict(facts),
+            dict(facts), folder / FREE if (folder / FREE).is_file() else None,
         )  # fmt: skip
 
     @property
@@ -182,7 +187,14 @@ class Walkthrough:
 
     @cached_property
     def space(self) -> FreeSpace:
-        """Where a visitor can walk; made once, in some seconds."""
+        """Where a visitor can walk; read or made when it is first asked for.
+
+        Raises:
+            FileFormatError: the scene's file of it is broken.
+            SceneError: there is no such file, and nowhere to stand.
+        """
+        if self.free is not None:
+            return FreeSpace.load(self.free)
         return FreeSpace.of_mesh(self.model.mesh)
 
     @cached_property

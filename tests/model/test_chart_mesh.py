@@ -167,6 +167,19 @@ def test_lamps_hang_in_every_room_and_below_its_ceiling() -> None:
         assert 1.5 < z < 2.5 or 4.0 < z < 5.0
 
 
+def test_lamps_of_a_room_round_a_corner_hang_inside_it() -> None:
+    ring = np.array([[0, 0], [6, 0], [6, 1.6], [1.6, 1.6], [1.6, 5], [0, 5]], dtype=float)
+    for count in (1, 2, 5):
+        room = Room("corner", (ring * np.sqrt(count),), 0.0, 2.5)
+        spots = np.array([lamp.center[:2] for lamp in room_lamps(Building((room,)))])
+        assert len(spots) == count
+        across = 1.6 * np.sqrt(count)
+        inside = (spots.min(axis=1) > 0.2) & (spots.min(axis=1) < across - 0.2)
+        assert inside.all(), spots
+        apart = np.linalg.norm(spots[:, None] - spots, axis=2) + 99.0 * np.eye(count)
+        assert apart.min() > 1.0
+
+
 def test_an_empty_mesh_is_refused() -> None:
     none = np.zeros((0, 3), np.int32)
     uv = np.zeros((0, 3, 2), np.float32)

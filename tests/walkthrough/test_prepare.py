@@ -27,6 +27,7 @@ from belvedere.walkthrough import (
     estimate,
     prepare,
 )
+from tests.walkthrough import plans
 
 QUICK = PrepareOptions(rays=4, references=PlacementOptions(count=2, texels=32))
 
@@ -122,6 +123,27 @@ def test_a_model_of_ones_own_is_prepared(interior_mesh, tmp_path) -> None:
     assert scene.path is not None
     cameras = frames_along(scene.path, 3, (64, 48))
     assert walk(scene, cameras).frames[0].cells >= 1
+
+
+def test_rooms_that_are_found_get_lamps(tmp_path: Path) -> None:
+    """A building without windows that states no rooms is no cave."""
+    model = tmp_path / "closed.glb"
+    write_glb(model, plans.two_rooms())
+    prepare(model, tmp_path / "scene", options=QUICK)
+    scene = Walkthrough.open(tmp_path / "scene")
+    assert scene.path is not None
+    for frame in map(scene.render, frames_along(scene.path, 3, (48, 36))):
+        assert frame.color.mean() > 40
+
+
+def test_a_model_without_rooms_is_refused_before_it_is_lit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "slab.glb"
+    write_glb(model, plans.slab((0, 0), (5, 5), 0.0))
+    monkeypatch.setattr("belvedere.model.light_model", None)
+    with pytest.raises(SceneError, match="no floor"):
+        prepare(model, tmp_path / "scene", options=QUICK)
 
 
 def test_walking_measures_every_frame(flat: Path) -> None:

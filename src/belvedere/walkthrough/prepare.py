@@ -2,8 +2,8 @@
 
 ::
 
-    1 model       read or built, lit                             one task
-    2 cells       found or as stated, checked, drawn as a plan   one task
+    1 model       read or built; cells found or as stated; lit   one task
+    2 plan        cells checked and drawn; where one can walk    one task
     3 references  placed and photographed                        one task for each side of a portal
     4 scene       the manifest, and the folder gets its name
 
@@ -27,7 +27,7 @@ from belvedere.walkthrough.job import PrepareJob
 from belvedere.walkthrough.model_source import digest_of, is_built_in
 from belvedere.walkthrough.placement import sides_of
 from belvedere.walkthrough.prepare_options import PrepareOptions
-from belvedere.walkthrough.stages import graph_in, make_cells, make_model, make_references
+from belvedere.walkthrough.stages import graph_in, make_model, make_plan, make_references
 from belvedere.walkthrough.walkthrough import KIND, MANIFEST, VERSION
 
 __all__ = ["Prepared", "prepare"]
@@ -132,8 +132,8 @@ def prepare(
         def stage(task: Callable[..., Any], items: list[tuple[Any, ...]], what: str) -> list[Any]:
             return workers_of.run(task, items, lambda done, total: progress(done, total, what))
 
-        stage(make_model, [(folder, source, chosen, workers)], "lighting the model")
-        stage(make_cells, [(folder, chosen)], "finding cells and portals")
+        stage(make_model, [(folder, source, chosen, workers)], "finding cells, lighting the model")
+        stage(make_plan, [(folder,)], "checking cells, drawing plans")
         graph = graph_in(job.folder)
         items = [
             (folder, k, side.cell, chosen, threads)

@@ -18,12 +18,16 @@ from belvedere.walkthrough.placement import semicircle_eyes, sides_of
 from belvedere.walkthrough.prepare_options import PrepareOptions
 from belvedere.walkthrough.walkthrough import FREE, side_folder
 
-__all__ = ["graph_in", "make_cells", "make_model", "make_references"]
+__all__ = ["graph_in", "make_model", "make_plan", "make_references"]
 
 
 def make_model(folder: str, source: str, options: PrepareOptions, threads: int | None) -> None:
-    """Read or build the model, light it, and write it for us and for other tools."""
+    """Read or build the model, find its cells, light it, and write it for us and other tools.
+
+    Cells come before light: where the model states no rooms, lamps hang in those that are found.
+    """
     from belvedere.model import build_house, light_model, save_lit_model, write_glb
+    from belvedere.walkthrough.graph_file import save_graph
 
     here = Path(folder)
     if (here / "model.json").is_file():
@@ -34,33 +38,41 @@ def make_model(folder: str, source: str, options: PrepareOptions, threads: int |
             threads=threads,
         )  # fmt: skip
         building, notes = model.building, []
+        graph, told = cells_of(model.mesh, building, options)
         model.path.save(here / "path.json")
     else:
         mesh, building, notes = read_source(source, options)
-        model = light_model(mesh, building, rays=options.rays, threads=threads)
+        graph, told = cells_of(mesh, building, options)
+        rooms = building or _rooms_of(graph)
+        model = light_model(mesh, rooms, rays=options.rays, threads=threads)
     save_lit_model(here / "model.lit", model)
     write_glb(here / "model.glb", model.mesh, building, force=True)
     stated = None if building is None else building.as_dict()
-    write_json(here / "model.json", {"notes": notes, "building": stated})
+    save_graph(graph, here / "cells.json")
+    write_json(here / "model.json", {"notes": [*notes, *told], "building": stated})
 
 
-def make_cells(folder: str, options: PrepareOptions) -> None:
-    """Find cells and portals, check them, draw the plan, and say where one can walk."""
-    from belvedere.model import Building
+def _rooms_of(graph: CellGraph) -> Any:
+    """Found cells as rooms, for their lamps."""
+    from belvedere.model import Building, Room
+
+    return Building(
+        tuple(Room(cell.name, cell.rings, cell.floor, cell.ceiling) for cell in graph.cells)
+    )
+
+
+def make_plan(folder: str) -> None:
+    """Check the cells, draw their plan, and say where one can walk."""
     from belvedere.walkthrough.checking import check_cells
     from belvedere.walkthrough.free_space import FreeSpace
-    from belvedere.walkthrough.graph_file import save_graph
     from belvedere.walkthrough.plan import draw_plan
     from belvedere.walkthrough.tour import tour
 
     here = Path(folder)
-    if (here / "cells.json").is_file():
+    if (here / "findings.json").is_file():
         return
-    mesh = _lit(folder).mesh
-    stated = read_json(here / "model.json").data["building"]
-    building = None if stated is None else Building.from_dict(stated, "model.json: building")
-    graph, told = cells_of(mesh, building, options)
-    findings = [*told, *(str(finding) for finding in check_cells(graph, mesh))]
+    mesh, graph = _lit(folder).mesh, graph_in(here)
+    findings = [str(finding) for finding in check_cells(graph, mesh)]
     plan = draw_plan(graph, mesh)
     plan.save(here / "plan.svg")
     plan.save(here / "plan.png")
@@ -72,7 +84,6 @@ def make_cells(folder: str, options: PrepareOptions) -> None:
     except SceneError as error:
         findings.append(f"note: no walk was laid through the building: {error}")
     write_json(here / "findings.json", {"findings": findings})
-    save_graph(graph, here / "cells.json")
 
 
 def make_references(

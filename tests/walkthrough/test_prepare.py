@@ -109,6 +109,8 @@ def test_an_estimate_writes_nothing_and_counts_right(flat: Path, tmp_path, monke
     assert (guess.cells, guess.portals) == (counts["cells"], counts["portals"])
     assert guess.references >= counts["references"]
     assert guess.minutes > 0.0
+    assert guess.summary.startswith("2 cells, 4 portals, at most 4 references, about ")
+    assert guess.summary.endswith("less than a minute")
     assert not list(tmp_path.iterdir())
 
 
@@ -144,6 +146,7 @@ def test_a_model_without_rooms_is_refused_before_it_is_lit(
     monkeypatch.setattr("belvedere.model.light_model", None)
     with pytest.raises(SceneError, match="no floor"):
         prepare(model, tmp_path / "scene", options=QUICK)
+    assert list(tmp_path.iterdir()) == [model]
 
 
 def test_walking_measures_every_frame(flat: Path) -> None:
@@ -205,6 +208,13 @@ def test_a_spoilt_folder_says_what_is_wrong(flat: Path, tmp_path, change, says: 
     change(spoilt)
     with pytest.raises((SceneError, MissingFileError), match=says):
         Walkthrough.open(spoilt)
+
+
+def test_what_is_no_prepared_building_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MissingFileError, match="there is no such folder"):
+        Walkthrough.open(tmp_path / "nowhere")
+    with pytest.raises(MissingFileError, match=r"is no prepared building.*belvedere prepare"):
+        Walkthrough.open(tmp_path)
 
 
 def test_models_of_no_use_are_refused(tmp_path, interior_mesh) -> None:

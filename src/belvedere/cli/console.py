@@ -89,6 +89,8 @@ def _plain_lines() -> Progress:
             if total > 1 and done < total:
                 there = f"{done} of {total} are there, " if done else ""
                 note(f"{what}: {there}{total - done} to do")
+            elif done < total:
+                note(f"{what} ...")
         elif done >= total > 1:
             note(f"{what}: done in {time.monotonic() - began[what]:.1f} s")
 

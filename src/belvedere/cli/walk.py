@@ -100,7 +100,9 @@ def walk(
     ] = False,
     output: Annotated[
         Path | None,
-        output_option("--output", "-o", help="A video, NAME.mp4."),
+        output_option(
+            "--output", "-o", help="A video, NAME.mp4; without it, frames are only measured."
+        ),
     ] = None,
     report: Annotated[
         Path | None,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from belvedere.ground.progress import Progress, silent
+from belvedere.ground.wording import counted
 from belvedere.walkthrough.model_source import cells_of, digest_of, is_built_in, read_source
 from belvedere.walkthrough.placement import reference_camera, semicircle_eyes, sides_of
 from belvedere.walkthrough.prepare_options import PrepareOptions
@@ -41,9 +42,11 @@ class Estimate:
     @property
     def summary(self) -> str:
         """One line."""
+        few = self.minutes < 1.0
+        time = "less than a minute" if few else counted(round(self.minutes), "minute")
         return (
-            f"{self.cells} cells, {self.portals} portals, at most {self.references} references, "
-            f"about {self.bytes / 1e6:.0f} MB and {self.minutes:.1f} minutes"
+            f"{counted(self.cells, 'cell')}, {counted(self.portals, 'portal')}, at most "
+            f"{counted(self.references, 'reference')}, about {self.bytes / 1e6:.0f} MB and {time}"
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -132,7 +132,7 @@ def prepare(
         def stage(task: Callable[..., Any], items: list[tuple[Any, ...]], what: str) -> list[Any]:
             return workers_of.run(task, items, lambda done, total: progress(done, total, what))
 
-        stage(make_model, [(folder, source, chosen, workers)], "finding cells, lighting the model")
+        stage(make_model, [(folder, source, chosen, workers)], "finding cells, baking light")
         stage(make_plan, [(folder,)], "checking cells, drawing plans")
         graph = graph_in(job.folder)
         items = [

@@ -23,11 +23,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from belvedere.ground.errors import SceneError
+from belvedere.ground.errors import MissingFileError, SceneError
 from belvedere.model import LitModel
 from belvedere.scene import Affordances, Camera, CameraModel, CameraPath, Frame, ViewingRegion
 from belvedere.scene.io.json_files import read_json
-from belvedere.scene.io.paths import existing
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.contents import contents_of
 from belvedere.walkthrough.frame_loop import Walker, WalkOptions
@@ -144,7 +143,14 @@ class Walkthrough:
         from belvedere.walkthrough.graph_file import load_graph
 
         folder = Path(path)
-        facts = read_json(existing(folder, MANIFEST)).data
+        if not folder.is_dir():
+            raise MissingFileError(f"{folder}: there is no such folder")
+        if not (folder / MANIFEST).is_file():
+            raise MissingFileError(
+                f"{folder}: is no prepared building: it holds no {MANIFEST}. "
+                "`belvedere prepare MODEL -o NAME` makes one of a model"
+            )
+        facts = read_json(folder / MANIFEST).data
         if facts.get("kind") != KIND:
             raise SceneError(f"{folder}: is a scene of kind {facts.get('kind')!r}, not {KIND!r}")
         if not isinstance(facts.get("version"), int) or facts["version"] > VERSION:

@@ -24,6 +24,16 @@ def test_help_teaches_every_command(program: Program) -> None:
         assert "--" in page.out
 
 
+def test_help_lists_options_under_headings(program: Program) -> None:
+    page = program("prepare", "--help").out
+    order = [page.index(words) for words in (
+        "\nArguments:", "\n  MODEL", "\nOutput:", "  -o, --output",
+        "\nCells and references:", "  --texels",
+        "\nHow to read the model:", "  --units", "\nWho does the work:", "  --cluster",
+    )]  # fmt: skip
+    assert order == sorted(order)
+
+
 def test_version_is_printed(program: Program) -> None:
     from belvedere import __version__
 

@@ -18,7 +18,8 @@ from belvedere.model import (
 )
 from belvedere.model.chart_mesh import charts_of
 from belvedere.model.charts import Builder
-from belvedere.model.shapes import box, turned
+from belvedere.model.ornament import lathe
+from belvedere.model.shapes import box
 from belvedere.scene import Camera
 from belvedere.scene.mesh import Material, Mesh
 
@@ -37,7 +38,7 @@ def room_with_things(window: bool = True) -> Mesh:
     box(b, (-0.2, -0.2, -0.2), (x + 0.2, y + 0.2, z + 0.2), wall, 1.0, faces)
     box(b, (1.5, 1.0, 0.7), (2.5, 1.8, 0.75), wood)
     box(b, (0.02, 1.0, 0.05), (0.5, 2.0, 1.8), wood)
-    turned(b, [(0.1, 0.75), (0.15, 0.9), (0.06, 1.1)], wood, 12, (2.0, 1.4, 0.0))
+    lathe(b, [(0.1, 0.75), (0.15, 0.9), (0.06, 1.1)], wood, 12, (2.0, 1.4, 0.0), crisp=False)
     return b.finish()[0]
 
 
@@ -84,7 +85,7 @@ def test_coplanar_faces_share_a_chart_and_curved_ones_do_not() -> None:
     box(b, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), grey)
     charts = charts_of(b.finish()[0], RayCaster(b.finish()[0]))
     assert len(charts.corners) == 6
-    turned(b, [(0.5, 2.0), (0.5, 3.0)], grey, 16)
+    lathe(b, [(0.5, 2.0), (0.5, 3.0)], grey, 16)
     mesh = b.finish()[0]
     assert len(charts_of(mesh, RayCaster(mesh)).corners) > 6 + 8
 
@@ -164,6 +165,19 @@ def test_lamps_hang_in_every_room_and_below_its_ceiling() -> None:
         assert 0.0 < x < 9.0
         assert 0.0 < y < 4.0
         assert 1.5 < z < 2.5 or 4.0 < z < 5.0
+
+
+def test_lamps_of_a_room_round_a_corner_hang_inside_it() -> None:
+    ring = np.array([[0, 0], [6, 0], [6, 1.6], [1.6, 1.6], [1.6, 5], [0, 5]], dtype=float)
+    for count in (1, 2, 5):
+        room = Room("corner", (ring * np.sqrt(count),), 0.0, 2.5)
+        spots = np.array([lamp.center[:2] for lamp in room_lamps(Building((room,)))])
+        assert len(spots) == count
+        across = 1.6 * np.sqrt(count)
+        inside = (spots.min(axis=1) > 0.2) & (spots.min(axis=1) < across - 0.2)
+        assert inside.all(), spots
+        apart = np.linalg.norm(spots[:, None] - spots, axis=2) + 99.0 * np.eye(count)
+        assert apart.min() > 1.0
 
 
 def test_an_empty_mesh_is_refused() -> None:

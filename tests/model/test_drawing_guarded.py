@@ -22,8 +22,8 @@ from tests.oracles.raster import nearest_faces
 FOLDER = Path(__file__).resolve().parents[2]
 GUARDED = """
 import numpy as np
-from belvedere.model import _raster
-assert not hasattr(_raster.set_up, "py_func"), "these kernels are compiled"
+from belvedere.model import _raster_setup
+assert not hasattr(_raster_setup.set_up, "py_func"), "these kernels are compiled"
 from tests.model.test_drawing_guarded import draw_anything
 for seed in range(24):
     draw_anything(seed)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from belvedere.ground.color import color_to_linear
 from belvedere.ground.errors import InputError
 from belvedere.model import Interior, LightSettings, LitModel, ModelScene, RayCaster, bake
 from belvedere.model import photograph as photograph_
@@ -19,6 +22,7 @@ from belvedere.scene import (
     Scene,
     SphereCamera,
 )
+from tests.model.test_rasterize import evenly_lit
 
 CAMERAS: list[CameraModel] = [
     Camera.look_at((1.0, 1.4, 1.6), (4.4, 2.9, 1.1), width=80, height=60),
@@ -105,6 +109,28 @@ def test_samples_on_a_flat_surface_need_no_rays_of_their_own(house: Interior) ->
     error = np.abs(quick - mean)
     assert np.median(error) < 2e-3
     assert error.mean() < 6e-3  # mip levels differ a little between the two
+
+
+def test_a_texture_of_one_color_looks_the_same_from_any_distance() -> None:
+    """Whichever two of a texture's levels a sample reads, their weights add up to one."""
+    grey = np.full((256, 256, 3), 150, np.uint8)
+    floor = np.array([[[-40, -40, 0], [40, -40, 0], [40, 40, 0], [-40, 40, 0]]], dtype=float)
+    plain = evenly_lit(floor)
+    (paper,) = plain.mesh.materials
+    uv = plain.mesh.vertices[plain.mesh.faces][:, :, :2].astype(np.float32)
+    textured = LitModel(
+        replace(plain.mesh, materials=(replace(paper, texture=grey),), uv=uv),
+        plain.charts, plain.light,
+    )  # fmt: skip
+    # pixels from one to thousands of texels: every share of two neighbouring levels
+    camera = Camera.look_at((0.0, 0.0, 1.0), (1.0, 0.1, 0.8), width=120, height=160)
+    painted, bare = (
+        photograph_(model, camera, samples=1, dtype="float32") for model in (textured, plain)
+    )
+    seen = bare.disparity > 0
+    assert seen.mean() > 0.5
+    gain = color_to_linear(grey[:1, :1])[0, 0]
+    np.testing.assert_allclose(painted.color[seen], bare.color[seen] * gain, rtol=1e-5)
 
 
 def test_a_model_is_a_scene(house: Interior) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from belvedere.ground.errors import CameraError, InputError
-from belvedere.model import LitModel, Rasterizer, _draw_plan, _raster, photograph
+from belvedere.model import LitModel, Rasterizer, _draw_plan, _raster_setup, photograph
 from belvedere.model.charts import Builder
 from belvedere.model.lattice import Lattice
 from belvedere.model.light import LightMap
@@ -213,7 +213,7 @@ def test_what_a_wall_hides_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     camera = Camera.look_at((0, 0, 0), (4, 0.2, 0), fov_deg=50, width=150, height=97)
     whole = rasterizer.draw(camera)
     seen = []
-    kernel = _raster.set_up
+    kernel = _raster_setup.set_up
     monkeypatch.setattr(_draw_plan, "FEW", 0)
     monkeypatch.setattr(_draw_plan, "FIRST_BATCH", 300)
 
@@ -221,7 +221,7 @@ def test_what_a_wall_hides_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> N
         kernel(*args)
         seen.append(int(args[15][args[0]].sum()))
 
-    monkeypatch.setattr(_raster, "set_up", count)
+    monkeypatch.setattr(_raster_setup, "set_up", count)
     for threads in (1, 3):
         rasterizer.threads = threads
         for a, b in zip(whole, rasterizer.draw(camera), strict=True):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import BelvedereError, InputError, MissingDependencyError
+from belvedere.ground.progress import silent
 from belvedere.scene import Camera, ReferenceView
 from belvedere.studio import _bench_speed, _bench_startup
 from belvedere.studio._bench_peers import PEERS, Peer, Picture, agreement
@@ -18,7 +19,6 @@ from belvedere.studio._bench_scene import BenchScene, make_room
 from belvedere.studio._bench_speed import warp_choices
 from belvedere.studio._bench_timing import Contestant, time_interleaved
 from belvedere.studio.bench import BenchResult, BenchRow, bench
-from belvedere.studio.progress import silent
 from belvedere.warp import warp
 
 SIZE = 48

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from belvedere.ground.errors import CameraError, InputError, SceneError
+from belvedere.ground.progress import silent
 from belvedere.scene import Camera, CylinderCamera, Frame, ReferenceView, ViewSet
 from belvedere.scene.io import save_views
 from belvedere.studio import _bench_captured
@@ -18,7 +19,6 @@ from belvedere.studio._bench_rival import Rival
 from belvedere.studio._bench_splatted import prepare_torch
 from belvedere.studio._bench_warp import Plan
 from belvedere.studio.bench import BenchResult, bench
-from belvedere.studio.progress import silent
 from belvedere.warp import RECONSTRUCTIONS
 from tests.studio.tiny_scenes import camera_at, photograph, row_of_views
 

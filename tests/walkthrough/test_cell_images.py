@@ -196,9 +196,7 @@ def test_pictures_come_in_sixes(inside) -> None:
         CellImages(inside[1].views[:5])
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("polygons", -1), ("spacing", 0.0), ("texels", 4), ("eye", -1.0)]
-)
+@pytest.mark.parametrize(("name", "value"), [("polygons", -1), ("spacing", 0.0), ("texels", 4)])
 def test_options_are_checked(name: str, value: float) -> None:
     with pytest.raises(InputError, match=name):
         CellImageOptions(**{name: value})  # type: ignore[arg-type]

@@ -42,6 +42,12 @@ def test_what_was_complete_is_found_again_whatever_ended_the_call(tmp_path, erro
         assert (job.folder / "piece").read_text() == "whole"
 
 
+def test_a_call_that_made_nothing_leaves_nothing(tmp_path) -> None:
+    with pytest.raises(RuntimeError), start(tmp_path / "scene"):
+        raise RuntimeError("no floor")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_another_job_is_not_mixed_with_it(tmp_path) -> None:
     target = tmp_path / "scene"
     with pytest.raises(KeyboardInterrupt):

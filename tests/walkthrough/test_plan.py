@@ -56,7 +56,8 @@ def test_rooms_are_coloured_and_walls_dark(flat: CellGraph) -> None:
     def at(x: float, y: float) -> np.ndarray:
         low = np.min([cell.low[:2] for cell in flat.cells], axis=0) - 0.9
         high = np.max([cell.high[:2] for cell in flat.cells], axis=0) + 0.9
-        u, v = (x - low[0]) * 40.0, (high[1] - y) * 40.0 + 46.0
+        u = plan.drawing.width / 2.0 + (x - (low[0] + high[0]) / 2.0) * 40.0
+        v = (high[1] - y) * 40.0 + 46.0
         return image[round(v), round(u)]
 
     rooms = [at(0.4, 2.6), at(3.5, 3.5), at(8.5, 3.5), at(2.2, 4.7)]
@@ -72,6 +73,19 @@ def test_it_is_saved_as_svg_and_png(flat: CellGraph, tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_color(plan.save(tmp_path / "plan.png")), plan.image())
     with pytest.raises(InputError, match=r"must end in \.svg or \.png"):
         plan.save(tmp_path / "plan.pdf")
+
+
+def test_a_plan_is_wide_enough_for_what_is_written_below_it() -> None:
+    from belvedere.walkthrough import Cell
+
+    closet = Cell("closet", (np.array([[0, 0], [1.2, 0], [1.2, 2.0], [0, 2.0]]),), 0.0, 2.6)
+    drawing = draw_plan(CellGraph((closet,), ()), Mesh.concatenate([])).drawing
+    labels = [item for item in drawing.items if isinstance(item, Label)]
+    assert {"5 m", "door", "window"} <= {label.text for label in labels}
+    assert min(label.box[0] for label in labels) >= 0.0
+    assert max(label.box[2] for label in labels) <= drawing.width
+    middle = next(label.at[0] for label in labels if label.text == "closet")
+    assert abs(middle - drawing.width / 2) < 30  # and the room is in the middle
 
 
 def test_marks_stand_on_their_storey() -> None:

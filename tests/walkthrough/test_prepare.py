@@ -12,20 +12,22 @@ import pytest
 
 pytest.importorskip("distributed", reason="needs dask (pip install 'belvedere[cluster]')")
 
-from belvedere.ground.errors import MissingFileError, OutputError, SceneError
+from belvedere.ground.errors import FileFormatError, MissingFileError, OutputError, SceneError
 from belvedere.model import Building, Room, write_glb
 from belvedere.scene import Scene
 from belvedere.scene.io import read_views
 from belvedere.studio.scenes import open_scene
 from belvedere.studio.walkthrough import cameras_of, frames_along, walk
 from belvedere.walkthrough import (
+    FreeSpace,
     PlacementOptions,
     PrepareOptions,
     WalkOptions,
     Walkthrough,
+    estimate,
     prepare,
 )
-from belvedere.walkthrough.prepare import estimate
+from tests.walkthrough import plans
 
 QUICK = PrepareOptions(rays=4, references=PlacementOptions(count=2, texels=32))
 
@@ -54,7 +56,15 @@ def test_the_folder_holds_what_it_says(flat: Path) -> None:
         len(read_views(side)) for side in (flat / "references").iterdir()
     )
     names = {path.name for path in flat.iterdir()}
-    assert {"cells.json", "model.glb", "model.lit", "path.json", "plan.png", "plan.svg"} <= names
+    assert {
+        "cells.json",
+        "free.npz",
+        "model.glb",
+        "model.lit",
+        "path.json",
+        "plan.png",
+        "plan.svg",
+    } <= names
     assert not [path for path in flat.rglob("*") if "partial" in path.name]
 
 
@@ -99,6 +109,8 @@ def test_an_estimate_writes_nothing_and_counts_right(flat: Path, tmp_path, monke
     assert (guess.cells, guess.portals) == (counts["cells"], counts["portals"])
     assert guess.references >= counts["references"]
     assert guess.minutes > 0.0
+    assert guess.summary.startswith("2 cells, 4 portals, at most 4 references, about ")
+    assert guess.summary.endswith("less than a minute")
     assert not list(tmp_path.iterdir())
 
 
@@ -113,6 +125,28 @@ def test_a_model_of_ones_own_is_prepared(interior_mesh, tmp_path) -> None:
     assert scene.path is not None
     cameras = frames_along(scene.path, 3, (64, 48))
     assert walk(scene, cameras).frames[0].cells >= 1
+
+
+def test_rooms_that_are_found_get_lamps(tmp_path: Path) -> None:
+    """A building without windows that states no rooms is no cave."""
+    model = tmp_path / "closed.glb"
+    write_glb(model, plans.two_rooms())
+    prepare(model, tmp_path / "scene", options=QUICK)
+    scene = Walkthrough.open(tmp_path / "scene")
+    assert scene.path is not None
+    for frame in map(scene.render, frames_along(scene.path, 3, (48, 36))):
+        assert frame.color.mean() > 40
+
+
+def test_a_model_without_rooms_is_refused_before_it_is_lit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "slab.glb"
+    write_glb(model, plans.slab((0, 0), (5, 5), 0.0))
+    monkeypatch.setattr("belvedere.model.light_model", None)
+    with pytest.raises(SceneError, match="no floor"):
+        prepare(model, tmp_path / "scene", options=QUICK)
+    assert list(tmp_path.iterdir()) == [model]
 
 
 def test_walking_measures_every_frame(flat: Path) -> None:
@@ -137,6 +171,26 @@ def test_a_random_walk_stays_inside(flat: Path) -> None:
     assert ((eyes > low - 0.5) & (eyes < high + 0.5)).all()
 
 
+def test_free_space_is_read_from_the_scene_or_found_where_it_holds_none(
+    flat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(flat, old)
+    (old / "free.npz").unlink()
+
+    def strolled(folder: Path) -> np.ndarray:
+        cameras = cameras_of(Walkthrough.open(folder), "random", 9, (32, 24), 3)
+        return np.array([camera.camera_to_world for camera in cameras])
+
+    found = strolled(old)
+    with monkeypatch.context() as patch:
+        patch.setattr(FreeSpace, "of_mesh", None)
+        np.testing.assert_array_equal(strolled(flat), found)
+    (old / "free.npz").write_bytes((flat / "free.npz").read_bytes()[:5000])
+    with pytest.raises(FileFormatError, match=r"free\.npz"):
+        strolled(old)
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -154,6 +208,13 @@ def test_a_spoilt_folder_says_what_is_wrong(flat: Path, tmp_path, change, says: 
     change(spoilt)
     with pytest.raises((SceneError, MissingFileError), match=says):
         Walkthrough.open(spoilt)
+
+
+def test_what_is_no_prepared_building_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MissingFileError, match="there is no such folder"):
+        Walkthrough.open(tmp_path / "nowhere")
+    with pytest.raises(MissingFileError, match=r"is no prepared building.*belvedere prepare"):
+        Walkthrough.open(tmp_path)
 
 
 def test_models_of_no_use_are_refused(tmp_path, interior_mesh) -> None:

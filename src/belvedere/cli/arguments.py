@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,74 +67,72 @@ class PixelCenters(StrEnum):
     HALF = "half"
 
 
-READING = "How to read the numbers (if `belvedere info` says so)"
-LOOK = "How to render"
-OUTPUT = "Output"
+def option_under(heading: str) -> Callable[..., Any]:
+    """`typer.Option`, for options that ``--help`` lists under one heading."""
+    return partial(typer.Option, rich_help_panel=heading)
+
+
+reading_option = option_under("How to read the numbers (if `belvedere info` says so)")
+look_option = option_under("How to render")
+output_option = option_under("Output")
 
 SceneArgument = Annotated[
     Path, typer.Argument(metavar="SCENE", help="A scene folder, or its transforms.json.")
 ]
 DepthScaleOption = Annotated[
     float | None,
-    typer.Option(
-        help="Metres per stored unit of depth: 0.001 for millimetres, 0.0002 for TUM's 1/5000.",
-        rich_help_panel=READING,
+    reading_option(
+        help="Metres per stored unit of depth: 0.001 for millimetres, 0.0002 for TUM's 1/5000."
     ),
 ]
 DepthKindOption = Annotated[
     DepthKind | None,
-    typer.Option(help="Depth along the axis, along the ray, or 1/depth.", rich_help_panel=READING),
+    reading_option(help="Depth along the axis, along the ray, or 1/depth."),
 ]
-PoseOption = Annotated[
-    Pose | None, typer.Option(help="Which way the pose matrices map.", rich_help_panel=READING)
-]
+PoseOption = Annotated[Pose | None, reading_option(help="Which way the pose matrices map.")]
 AxesOption = Annotated[
     Axes | None,
-    typer.Option(help="Camera axes: y down, z forward; or y up, z back.", rich_help_panel=READING),
+    reading_option(help="Camera axes: y down, z forward; or y up, z back."),
 ]
 PixelCentersOption = Annotated[
     PixelCenters | None,
-    typer.Option(help="Centre of the first pixel: 0 or 0.5.", rich_help_panel=READING),
+    reading_option(help="Centre of the first pixel: 0 or 0.5."),
 ]
 FormatOption = Annotated[
     str | None,
-    typer.Option(
+    reading_option(
         "--format",
         help="Layout of the scene, instead of looking: transforms, cameras.json, tum, redwood, "
         "colmap, stereo.",
-        rich_help_panel=READING,
     ),
 ]
 ReconstructionOption = Annotated[
     Reconstruction,
-    typer.Option(
+    look_option(
         "--reconstruction",
         "-r",
         help="How samples become a picture again; inverse gives the best one.",
-        rich_help_panel=LOOK,
     ),
 ]
 VisibilityOption = Annotated[
     Visibility,
-    typer.Option(help="Occlusion-compatible order, or comparing depths.", rich_help_panel=LOOK),
+    look_option(help="Occlusion-compatible order, or comparing depths."),
 ]
-FillOption = Annotated[
-    Fill, typer.Option(help="Leave holes black, or continue the background.", rich_help_panel=LOOK)
-]
-ReferencesOption = Annotated[
-    int, typer.Option(min=1, max=16, help="Views warped for one picture.", rich_help_panel=LOOK)
+FillOption = Annotated[Fill, look_option(help="Leave holes black, or continue the background.")]
+ReferencesOption = Annotated[int, look_option(min=1, max=16, help="Views warped for one picture.")]
+SizeOption = Annotated[
+    str | None, look_option(metavar="WIDTHxHEIGHT", help="Size of the pictures.")
 ]
 ThreadsOption = Annotated[
     int | None,
-    typer.Option(min=1, max=256, help="Threads; by default one per processor. The pictures are "
-                 "the same for any number.", rich_help_panel=LOOK),
-]  # fmt: skip
-ForceOption = Annotated[
-    bool, typer.Option("--force", help="Replace what is there.", rich_help_panel=OUTPUT)
+    look_option(
+        min=1,
+        max=256,
+        help="Threads; by default one per processor. The pictures are the same for any number.",
+    ),
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print JSON for scripts.", rich_help_panel=OUTPUT)
-]
+ForceOption = Annotated[bool, output_option("--force", help="Replace what is there.")]
+JsonOption = Annotated[bool, output_option("--json", help="Print JSON for scripts.")]
 
 
 def parse_size(text: str | None) -> tuple[int, int] | None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from belvedere.cli.arguments import OUTPUT, ForceOption, JsonOption
+from belvedere.cli.arguments import ForceOption, JsonOption, option_under, output_option
 from belvedere.cli.console import progress_bar, say, say_json, say_table
 from belvedere.ground.errors import InputError
 
@@ -22,7 +22,7 @@ class Suite(StrEnum):
     DRAWING = "drawing"
 
 
-WARP = "Suite warp"
+warp_option = option_under("Suite warp")
 
 
 def bench(
@@ -43,36 +43,28 @@ def bench(
     ] = True,
     refs: Annotated[
         str,
-        typer.Option(
-            metavar="N,N,...",
-            help="References that each picture is made from, 1 to 5.",
-            rich_help_panel=WARP,
-        ),
+        warp_option(metavar="N,N,...", help="References that each picture is made from, 1 to 5."),
     ] = "2",
     held_out: Annotated[
         bool,
-        typer.Option(
-            "--held-out",
-            help="Judge at other stations, in a house that nothing was tuned on.",
-            rich_help_panel=WARP,
+        warp_option(
+            "--held-out", help="Judge at other stations, in a house that nothing was tuned on."
         ),
     ] = False,
     scene: Annotated[
         Path | None,
-        typer.Option(
+        warp_option(
             help="Judge on posed pictures with depth: each is held out and predicted from its "
-            "best neighbours.",
-            rich_help_panel=WARP,
+            "best neighbours."
         ),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
+        output_option(
             "--output",
             "-o",
             help="Suite warp: folder for every picture, its difference from the truth (grey: "
             "none) and its coverage.",
-            rich_help_panel=OUTPUT,
         ),
     ] = None,
     force: ForceOption = False,

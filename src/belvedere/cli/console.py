@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from belvedere.studio.progress import Progress
+from belvedere.ground.progress import Progress
 
 
 def say(text: str) -> None:
@@ -111,6 +111,8 @@ def _plain_lines(memory: bool) -> Progress:
             if total > 1 and done < total:
                 there = f"{done} of {total} are there, " if done else ""
                 note(f"{what}: {there}{total - done} to do")
+            elif done < total:
+                note(f"{what} ...")
         elif done >= total > 1:
             held = most_memory() if memory else ""
             seconds = f"{time.monotonic() - began[what]:.1f} s"

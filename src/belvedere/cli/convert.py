@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from belvedere.cli.arguments import (
-    OUTPUT,
     AxesOption,
     DepthKindOption,
     DepthScaleOption,
@@ -17,6 +16,7 @@ from belvedere.cli.arguments import (
     JsonOption,
     PixelCentersOption,
     PoseOption,
+    output_option,
     stated,
 )
 from belvedere.cli.console import note, progress_bar, say, say_json
@@ -28,22 +28,20 @@ def convert(
     output: Annotated[Path, typer.Argument(metavar="OUT", help="The folder to write.")],
     to: Annotated[
         str,
-        typer.Option(
+        output_option(
             "--to",
             help="Layout: belvedere (transforms.json, opens in nerfstudio), cameras.json, colmap, "
             "colmap-text, tum.",
-            rich_help_panel=OUTPUT,
         ),
     ] = "belvedere",
     color_format: Annotated[
         str | None,
-        typer.Option(help="png, jpg, webp or exr; by default png.", rich_help_panel=OUTPUT),
+        output_option(help="png, jpg, webp or exr; by default png."),
     ] = None,
     depth_format: Annotated[
         str | None,
-        typer.Option(
-            help="png16, exr, npy or pfm; by default png16. COLMAP has its own, TUM png16 alone.",
-            rich_help_panel=OUTPUT,
+        output_option(
+            help="png16, exr, npy or pfm; by default png16. COLMAP has its own, TUM png16 alone."
         ),
     ] = None,
     force: ForceOption = False,
@@ -74,10 +72,10 @@ def convert(
         options["depth_format"] = depth_format
     with progress_bar(quiet=as_json) as tell:
 
-        def told(done: int, total: int) -> None:
+        def told(done: int, total: int, what: str) -> None:
             if done == 1:  # what is refused is refused before a word about work
-                tell(0, total, "writing views")
-            tell(done, total, "writing views")
+                tell(0, total, what)
+            tell(done, total, what)
 
         saved = write_views(
             views,

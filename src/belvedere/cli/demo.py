@@ -5,26 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from belvedere.cli.arguments import LOOK, OUTPUT, ForceOption, JsonOption, ThreadsOption, parse_size
+from belvedere.cli.arguments import (
+    ForceOption,
+    JsonOption,
+    SizeOption,
+    ThreadsOption,
+    look_option,
+    output_option,
+    parse_size,
+)
 from belvedere.cli.console import progress_bar, say, say_json, say_table
 from belvedere.cli.evaluate import score_table
 
 
 def demo(
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder to make.", rich_help_panel=OUTPUT)
-    ] = Path("belvedere-demo"),
-    seconds: Annotated[
-        float, typer.Option(min=0.1, help="Length of the video.", rich_help_panel=LOOK)
-    ] = 10.0,
-    size: Annotated[
-        str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the video.", rich_help_panel=LOOK)
-    ] = "640x512",
-    seed: Annotated[
-        int, typer.Option(min=0, help="Another seed furnishes another house.", rich_help_panel=LOOK)
-    ] = 0,
+    output: Annotated[Path, output_option("--output", "-o", help="Folder to make.")] = Path(
+        "belvedere-demo"
+    ),
+    seconds: Annotated[float, look_option(min=0.1, help="Length of the video.")] = 10.0,
+    size: SizeOption = "640x512",
+    seed: Annotated[int, look_option(min=0, help="Another seed furnishes another house.")] = 0,
     threads: ThreadsOption = None,
     force: ForceOption = False,
     as_json: JsonOption = False,

@@ -6,11 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from belvedere.cli.arguments import (
-    LOOK,
-    OUTPUT,
     AxesOption,
     DepthKindOption,
     DepthScaleOption,
@@ -24,6 +20,8 @@ from belvedere.cli.arguments import (
     ThreadsOption,
     Visibility,
     VisibilityOption,
+    look_option,
+    output_option,
     stated,
 )
 from belvedere.cli.console import progress_bar, say, say_json, say_table
@@ -39,30 +37,22 @@ def evaluate(
     scene: SceneArgument,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Folder of the report. By default the scene's name and -report.",
-            rich_help_panel=OUTPUT,
+        output_option(
+            "--output", "-o", help="Folder of the report. By default the scene's name and -report."
         ),
     ] = None,
-    hold_out: Annotated[
-        int, typer.Option(min=1, help="Hold out every n-th view.", rich_help_panel=LOOK)
-    ] = 4,
+    hold_out: Annotated[int, look_option(min=1, help="Hold out every n-th view.")] = 4,
     reconstruction: Annotated[
         str,
-        typer.Option(
+        look_option(
             "--reconstruction",
             "-r",
             help="point, splat, gaussian, mesh, offset, inverse, several with commas, or all.",
-            rich_help_panel=LOOK,
         ),
     ] = "all",
     visibility: VisibilityOption = Visibility.ORDER,
     references: ReferencesOption = 2,
-    repeats: Annotated[
-        int, typer.Option(min=1, max=100, help="Timed renders of each view.", rich_help_panel=LOOK)
-    ] = 3,
+    repeats: Annotated[int, look_option(min=1, max=100, help="Timed renders of each view.")] = 3,
     threads: ThreadsOption = None,
     force: ForceOption = False,
     as_json: JsonOption = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from belvedere.cli.arguments import OUTPUT, ForceOption, JsonOption
+from belvedere.cli.arguments import ForceOption, JsonOption, option_under, output_option
 from belvedere.cli.console import note, progress_bar, say, say_json
 from belvedere.ground.wording import counted
 
@@ -35,9 +35,9 @@ class Doors(StrEnum):
     CLOSED = "closed"
 
 
-MODEL = "How to read the model"
-REFERENCES = "Cells and references"
-WORK = "Who does the work"
+model_option = option_under("How to read the model")
+reference_option = option_under("Cells and references")
+work_option = option_under("Who does the work")
 
 
 def prepare(
@@ -51,125 +51,105 @@ def prepare(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Folder to make. By default the model's name.",
-            rich_help_panel=OUTPUT,
-        ),
+        output_option("--output", "-o", help="Folder to make. By default the model's name."),
     ] = None,
     cells: Annotated[
         Cells,
-        typer.Option(
+        reference_option(
             help="stated: rooms and openings that the model names (IFC, glTF extras, or "
             "MODEL.building.json beside it). found: looked for in its free space. auto: stated, "
-            "if there are any.",
-            rich_help_panel=REFERENCES,
+            "if there are any."
         ),
     ] = Cells.AUTO,
     cells_file: Annotated[
         Path | None,
-        typer.Option(
-            help="A cells.json to use instead: prepare once, look at plan.svg, edit, go on.",
-            rich_help_panel=REFERENCES,
+        reference_option(
+            help="A cells.json to use instead: prepare once, look at plan.svg, edit, go on."
         ),
     ] = None,
     references: Annotated[
         int,
-        typer.Option(
-            min=1,
-            max=1000,
-            rich_help_panel=REFERENCES,
-            help="Pictures on each side of a door or opening between two rooms.",
+        reference_option(
+            min=1, max=1000, help="Pictures on each side of a door or opening between two rooms."
         ),
     ] = 6,
     texels: Annotated[
         int,
-        typer.Option(
+        reference_option(
             min=8,
             max=2048,
-            rich_help_panel=REFERENCES,
             help="Of a door's picture: 256 makes 256 x 256. Larger portals get more.",
         ),
     ] = 256,
     placement: Annotated[
         Placement,
-        typer.Option(
-            help="error: where they remove most holes. arc: evenly before the portal.",
-            rich_help_panel=REFERENCES,
+        reference_option(
+            help="error: where they remove most holes. arc: evenly before the portal."
         ),
     ] = Placement.ERROR,
     bound: Annotated[
         float,
-        typer.Option(
+        reference_option(
             min=0.0,
             max=1.0,
-            rich_help_panel=REFERENCES,
             help="With placement by error: share of holes at which fewer pictures are enough.",
         ),
     ] = 0.0,
+    inside: Annotated[
+        int,
+        reference_option(
+            min=0,
+            help="Cells with at least so many polygons are photographed from inside too, and shown "
+            "by these pictures instead of being drawn; 0 for all cells.",
+        ),
+    ] = 2_000_000,
     units: Annotated[
         str | None,
-        typer.Option(
-            help="m, cm, mm, ft or in, where the file does not say.", rich_help_panel=MODEL
-        ),
+        model_option(help="m, cm, mm, ft or in, where the file does not say."),
     ] = None,
     up: Annotated[
         str | None,
-        typer.Option(help="x, y or z: the axis that points up.", rich_help_panel=MODEL),
+        model_option(help="x, y or z: the axis that points up."),
     ] = None,
     doors: Annotated[
         Doors,
-        typer.Option(
-            help="open: leave out the door leaves that can be told, so that one can walk through.",
-            rich_help_panel=MODEL,
+        model_option(
+            help="open: leave out the door leaves that can be told, so that one can walk through."
         ),
     ] = Doors.OPEN,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Of a built-in house.", rich_help_panel=MODEL)
-    ] = 0,
+    seed: Annotated[int, model_option(min=0, help="Of a built-in house.")] = 0,
     detail: Annotated[
         int,
-        typer.Option(
+        model_option(
             min=1,
             max=20,
-            rich_help_panel=MODEL,
             help="Of a built-in house: so many times its polygons, in the same shapes.",
         ),
     ] = 1,
     rays: Annotated[
         int,
-        typer.Option(
+        model_option(
             min=4,
             max=4096,
-            rich_help_panel=MODEL,
             help="For each point of the baked light; fewer is quicker and blotchier.",
         ),
     ] = 64,
     cluster: Annotated[
         str | None,
-        typer.Option(
+        work_option(
             metavar="tcp://HOST:PORT",
-            rich_help_panel=WORK,
             help="Give the work to a Dask cluster that sees the same files.",
         ),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(
-            min=1,
-            max=256,
-            rich_help_panel=WORK,
-            help="Threads on this machine. By default as many as it has processors.",
+        work_option(
+            min=1, max=256, help="Threads on this machine. By default as many as it has processors."
         ),
     ] = None,
     dry_run: Annotated[
         bool,
-        typer.Option(
-            "--dry-run",
-            rich_help_panel=WORK,
-            help="Only say how many pictures, bytes and minutes it would be.",
-        ),
+        work_option("--dry-run", help="Only say how many pictures, bytes and minutes it would be."),
     ] = False,
     force: ForceOption = False,
     as_json: JsonOption = False,
@@ -184,14 +164,14 @@ def prepare(
     belvedere prepare house.ifc -o house --dry-run;
     belvedere prepare house.glb --cells found --placement arc
     """  # fmt: skip
-    from belvedere.walkthrough.placement import PlacementOptions
-    from belvedere.walkthrough.prepare import PrepareOptions, estimate
-    from belvedere.walkthrough.prepare import prepare as make
+    from belvedere.walkthrough import PlacementOptions, PrepareOptions, estimate
+    from belvedere.walkthrough import prepare as make
 
     options = PrepareOptions(
         cells=cells.value, cells_file=None if cells_file is None else str(cells_file.absolute()),
         placement=placement.value, bound=bound, units=units, up=up, doors=doors.value, rays=rays,
         seed=seed, detail=detail, references=PlacementOptions(count=references, texels=texels),
+        inside=CellImageOptions(polygons=inside),
     )  # fmt: skip
     target = output or Path(model.removeprefix("built-in:")).with_suffix("")
     target = Path(target.name) if output is None else target
@@ -216,6 +196,8 @@ def prepare(
         note(finding)
     say(
         f"{target}: {counted(len(made.cells), 'cell')}, {counted(made.portals, 'portal')}, "
-        f"{counted(made.references, 'reference')}, {made.bytes / 1e6:.1f} MB, {made.seconds:.0f} s"
+        f"{counted(made.references, 'reference')}, "
+        + (f"{counted(made.inside, 'picture')} inside cells, " if made.inside else "")
+        + f"{made.bytes / 1e6:.1f} MB, {made.seconds:.0f} s"
     )
     say(f"look at {target / 'plan.svg'}, then: belvedere walk {target}")

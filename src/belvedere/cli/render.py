@@ -6,11 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from belvedere.cli.arguments import (
-    LOOK,
-    OUTPUT,
     AxesOption,
     DepthKindOption,
     DepthScaleOption,
@@ -25,9 +21,12 @@ from belvedere.cli.arguments import (
     ReconstructionOption,
     ReferencesOption,
     SceneArgument,
+    SizeOption,
     ThreadsOption,
     Visibility,
     VisibilityOption,
+    look_option,
+    output_option,
     parse_size,
     stated,
 )
@@ -48,57 +47,43 @@ def render(
     scene: SceneArgument,
     path: Annotated[
         str,
-        typer.Option(
+        look_option(
             "--path",
             "-p",
             help="Where the camera goes: wobble, through, orbit, dolly, or a path file (JSON).",
-            rich_help_panel=LOOK,
         ),
     ] = "wobble",
     output: Annotated[
         Path | None,
-        typer.Option(
+        output_option(
             "--output",
             "-o",
             help="NAME.mp4 (a video), NAME (a folder of pictures) or NAME.png/.exr (one picture). "
             "By default the scene's name and .mp4.",
-            rich_help_panel=OUTPUT,
         ),
     ] = None,
-    seconds: Annotated[
-        float | None, typer.Option(min=0.01, help="Length of a preset path.", rich_help_panel=LOOK)
-    ] = None,
+    seconds: Annotated[float | None, look_option(min=0.01, help="Length of a preset path.")] = None,
     at: Annotated[
         float,
-        typer.Option(
-            min=0.0, help="For one picture: seconds along the path.", rich_help_panel=LOOK
-        ),
+        look_option(min=0.0, help="For one picture: seconds along the path."),
     ] = 0.0,
-    fps: Annotated[
-        float, typer.Option(min=0.1, max=240, help="Frames a second.", rich_help_panel=LOOK)
-    ] = 30.0,
+    fps: Annotated[float, look_option(min=0.1, max=240, help="Frames a second.")] = 30.0,
     frames: Annotated[
         int | None,
-        typer.Option(
-            min=1, help="How many frames, instead of seconds times fps.", rich_help_panel=LOOK
-        ),
+        look_option(min=1, help="How many frames, instead of seconds times fps."),
     ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(metavar="WIDTHxHEIGHT", help="Size of the pictures.", rich_help_panel=LOOK),
-    ] = None,
+    size: SizeOption = None,
     reconstruction: ReconstructionOption = Reconstruction.INVERSE,
     visibility: VisibilityOption = Visibility.ORDER,
     references: ReferencesOption = 2,
     fill: FillOption = Fill.BACKGROUND,
     explain: Annotated[
         bool,
-        typer.Option(
+        output_option(
             "--explain",
             help="For one picture: write beside it, in false colours, which reference each pixel "
             "comes from (.source), what kinds of holes there are (.holes) and how far off colours "
             "are expected to be (.error).",
-            rich_help_panel=OUTPUT,
         ),
     ] = False,
     threads: ThreadsOption = None,

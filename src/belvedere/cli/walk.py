@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from belvedere.cli.arguments import (
-    LOOK,
-    OUTPUT,
     ForceOption,
     JsonOption,
     Reconstruction,
     ReconstructionOption,
+    SizeOption,
     ThreadsOption,
+    look_option,
+    output_option,
     parse_size,
 )
 from belvedere.cli.console import progress_bar, say, say_json
@@ -29,6 +30,13 @@ class Mode(StrEnum):
     TEXTURES = "textures"
     ONE = "one"
     TWO = "two"
+
+
+class Cells(StrEnum):
+    """How cells with pictures from inside are shown."""
+
+    PICTURES = "pictures"
+    POLYGONS = "polygons"
 
 
 class Fill(StrEnum):
@@ -52,75 +60,69 @@ def walk(
     ],
     path: Annotated[
         str,
-        typer.Option(
+        look_option(
             "--path",
             "-p",
-            rich_help_panel=LOOK,
             help="recorded: the walk that was prepared. random: a stroll with collision. Or a "
             "path file (JSON).",
         ),
     ] = "recorded",
     mode: Annotated[
         Mode,
-        typer.Option(
+        look_option(
             "--mode",
             "-m",
-            rich_help_panel=LOOK,
             help="two, one: nearest pictures of each portal, warped. textures: painted flat on "
             "it. culling: polygons of the cells in sight. full: all polygons.",
         ),
     ] = Mode.TWO,
-    frames: Annotated[
-        int, typer.Option(min=1, max=1_000_000, help="How many.", rich_help_panel=LOOK)
-    ] = 520,
-    size: Annotated[
-        str | None,
-        typer.Option(metavar="WIDTHxHEIGHT", help="Of the window.", rich_help_panel=LOOK),
-    ] = "640x512",
+    frames: Annotated[int, look_option(min=1, max=1_000_000, help="How many.")] = 520,
+    size: SizeOption = "640x512",
     merge: Annotated[
         Merge,
-        typer.Option(
-            rich_help_panel=LOOK,
+        look_option(
             help="Mode two: the nearer surface wins, or the nearest picture always goes over the "
-            "other.",
+            "other."
         ),
     ] = Merge.DISPARITY,
     reconstruction: ReconstructionOption = Reconstruction.INVERSE,
     fill: Annotated[
         Fill,
-        typer.Option(
-            rich_help_panel=LOOK,
+        look_option(
             help="Holes, which no picture saw: trace casts a ray for each, background continues "
-            "what is around, none leaves them black.",
+            "what is around, none leaves them black."
         ),
     ] = Fill.TRACE,
+    cells: Annotated[
+        Cells,
+        look_option(
+            help="Cells with pictures from inside (see prepare --inside) are shown by these, or "
+            "drawn all the same."
+        ),
+    ] = Cells.PICTURES,
     persist: Annotated[
         bool,
-        typer.Option(
-            "--persist",
-            rich_help_panel=LOOK,
-            help="Show in holes what was seen there in earlier frames.",
-        ),
+        look_option("--persist", help="Show in holes what was seen there in earlier frames."),
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of --path random.", rich_help_panel=LOOK)] = 0,
+    seed: Annotated[int, look_option(min=0, help="Of --path random.")] = 0,
     compare: Annotated[
         bool,
-        typer.Option(
+        output_option(
             "--compare",
-            rich_help_panel=OUTPUT,
             help="Show every frame by culling too: ratios of times, PSNR, SSIM, popping.",
         ),
     ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="A video, NAME.mp4.", rich_help_panel=OUTPUT),
+        output_option(
+            "--output", "-o", help="A video, NAME.mp4; without it, frames are only measured."
+        ),
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(
+        output_option(
             help="Folder for a page with frame times by mode and the figures of the paper: one "
-            "reference, two, geometry, difference.",
-            rich_help_panel=OUTPUT,
+            "reference, two, geometry, difference."
         ),
     ] = None,
     threads: ThreadsOption = None,
@@ -140,7 +142,7 @@ def walk(
     opened = Walkthrough.open(scene, threads=threads)
     options = WalkOptions(
         mode=mode.value, merge=merge.value, reconstruction=reconstruction.value, persist=persist,
-        fill=fill.value,
+        fill=fill.value, cells=cells.value,
     )  # fmt: skip
     cameras = cameras_of(opened, path, frames, parse_size(size), seed)
     with progress_bar(quiet=as_json) as tell:

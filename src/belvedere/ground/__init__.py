@@ -19,6 +19,7 @@ from belvedere.ground.errors import (
     UnsafePathError,
     ViewError,
 )
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.threads import run_parallel, thread_count
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "MissingFileError",
     "OutputError",
     "PathError",
+    "Progress",
     "SceneError",
     "UnsafePathError",
     "ViewError",
@@ -37,6 +39,7 @@ __all__ = [
     "encode_srgb8",
     "linear_to_srgb",
     "run_parallel",
+    "silent",
     "srgb_to_linear",
     "thread_count",
 ]

@@ -40,7 +40,7 @@ class DrawPlan:
         lists: Sequence[tuple[DrawList, F8 | None]],
         threads: int | None = 1,
     ) -> None:
-        from belvedere.model import _raster
+        from belvedere.model import _raster_setup
 
         self.inverse, self.eye = np.linalg.inv(camera.matrix), camera.center - origin
         picture = np.array([0, camera.width - 1, 0, camera.height - 1], dtype=np.int32)
@@ -62,7 +62,7 @@ class DrawPlan:
         def cull(job: tuple[DrawList, F8, int, slice]) -> None:
             drawn, limits, start, part = job
             into = slice(start + part.start, start + part.stop)
-            _raster.cull_clusters(
+            _raster_setup.cull_clusters(
                 drawn.low[part], drawn.high[part], self.eye, limits, self.inverse, picture,
                 rects[into], near[into], cut[into],
             )  # fmt: skip
@@ -71,14 +71,14 @@ class DrawPlan:
         seen = np.flatnonzero((rects[:, 1] >= rects[:, 0]) & (rects[:, 3] >= rects[:, 2]))
         order = seen[np.argsort(_farness(near[seen]), kind="stable")]
         self.rects, self.near = rects[order], near[order]
-        """(P, 4) and (P,), see `_raster.cull_clusters`."""
+        """(P, 4) and (P,), see `_raster_setup.cull_clusters`."""
         self._list = np.searchsorted(ends, order, side="right") - 1
         self.cluster = order - ends[self._list]
         """(P,) number in its list."""
         self.count = np.zeros(len(order), dtype=np.int64)
         """(P,) records of each cluster, once they are set up."""
         self._faces = count[order]
-        self._most = count[order] * np.where(cut[order], _raster.MOST_PIECES, 1)
+        self._most = count[order] * np.where(cut[order], _raster_setup.MOST_PIECES, 1)
 
     def batches(self) -> list[tuple[int, int]]:
         """First cluster and the one after the last of what is drawn together; one at least."""
@@ -94,12 +94,12 @@ class DrawPlan:
 
     def make_room(self, first: int, last: int) -> tuple[I8, I4]:
         """(P,) where the records of a batch's clusters begin, and memory for the records."""
-        from belvedere.model import _raster
+        from belvedere.model import _raster_setup
 
         room = np.zeros(len(self.cluster), dtype=np.int64)
         most = self._most[first:last]
         room[first:last] = np.cumsum(most) - most
-        return room, scratch("raster records", (int(most.sum()), _raster.RECORD), np.int32)
+        return room, scratch("raster records", (int(most.sum()), _raster_setup.RECORD), np.int32)
 
     def parts(self, first: int, last: int, threads: int) -> list[tuple[int, I8]]:
         """A batch in pieces for threads: a list's number, and which clusters of it."""

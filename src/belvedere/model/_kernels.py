@@ -88,7 +88,7 @@ def shade(
             tr, tg, tb = 0.0, 0.0, 0.0
             for d in range(2):
                 weight = 1.0 - fl if d == 0 else fl
-                if weight < 0.02:
+                if weight == 0.0:
                     continue
                 first, th, tw = levels[q, l0 + d, 0], levels[q, l0 + d, 1], levels[q, l0 + d, 2]
                 a = (tu - math.floor(tu)) * tw - 0.5

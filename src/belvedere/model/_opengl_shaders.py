@@ -7,7 +7,8 @@ number. The first lines, with the version and `BITS`, are written before compili
 from __future__ import annotations
 
 VISIBILITY_VERTEX = """
-// Moves vertices as `_raster.project` does. Depth is near / Z: 1 at the near plane, 0 at infinity.
+// Moves vertices as `_raster_setup.project` does. Depth is near / Z: 1 at the near plane, 0 at
+// infinity.
 uniform mat3 pixels_from_world;
 uniform vec3 eye;
 uniform vec2 size;

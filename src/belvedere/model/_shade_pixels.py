@@ -44,7 +44,7 @@ from belvedere.ground.simd import (
     store4,
     zero4,
 )
-from belvedere.model._raster import LAST_FACE, SKY
+from belvedere.model._raster_fill import LAST_FACE, SKY
 from belvedere.model._sky_run import sky_run
 
 A = npt.NDArray[Any]
@@ -321,7 +321,7 @@ def shade_pixels(
     """Colour the pixels of some rows; agrees with `_kernels.shade` to rounding.
 
     Args:
-        keys: (H, W and more) see `_raster`.
+        keys: (H, W and more) see `_raster_fill`.
         row0: first row.
         row1: the row after the last.
         matrix: (3, 3) of the camera.

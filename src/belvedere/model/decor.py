@@ -9,7 +9,8 @@ import numpy as np
 from belvedere.model.architecture import Palette
 from belvedere.model.charts import F8, Builder
 from belvedere.model.furniture import shade
-from belvedere.model.shapes import box, grid, panel, tube, turned
+from belvedere.model.ornament import lathe
+from belvedere.model.shapes import box, grid, panel, tube
 
 
 def rug(b: Builder, material: int, edge: int, width: float, depth: float) -> None:
@@ -21,7 +22,7 @@ def rug(b: Builder, material: int, edge: int, width: float, depth: float) -> Non
 
 def floor_lamp(b: Builder, m: Palette) -> None:
     """A standing lamp; its bulb hangs at z = 1.48."""
-    turned(b, [(0.15, 0.0), (0.15, 0.015), (0.03, 0.03), (0.012, 0.05)], m["brass"], 20)
+    lathe(b, [(0.15, 0.0), (0.15, 0.015), (0.03, 0.03), (0.012, 0.05)], m["brass"], 20, crisp=False)
     tube(b, (0, 0, 0.04), (0, 0, 1.42), 0.010, m["brass"], 8)
     shade(b, m, 1.36, 1.64, 0.22, 0.16, 24)
 
@@ -29,7 +30,7 @@ def floor_lamp(b: Builder, m: Palette) -> None:
 def pendant(b: Builder, m: Palette, drop: float) -> None:
     """A lamp that hangs ``drop`` below the origin: a cable and a glowing drum."""
     tube(b, (0, 0, -drop + 0.12), (0, 0, 0.0), 0.004, m["iron"], 5)
-    turned(b, [(0.05, -0.03), (0.05, 0.0)], m["iron"], 12)
+    lathe(b, [(0.05, -0.03), (0.05, 0.0)], m["iron"], 12, crisp=False)
     shade(b, m, -drop - 0.14, -drop + 0.14, 0.25, 0.20, 24)
 
 
@@ -50,16 +51,16 @@ def curtain_rod(b: Builder, m: Palette, width: float) -> None:
     """A rod along x at the origin with knobs at its ends."""
     tube(b, (-width / 2, 0, 0), (width / 2, 0, 0), 0.011, m["brass"], 8)
     for x in (-width / 2, width / 2):
-        turned(b, [(0.004, -0.022), (0.02, -0.012), (0.02, 0.012), (0.004, 0.022)], m["brass"], 8,
-               (x, 0, 0))  # fmt: skip
+        lathe(b, [(0.004, -0.022), (0.02, -0.012), (0.02, 0.012), (0.004, 0.022)], m["brass"], 8,
+              (x, 0, 0), crisp=False)  # fmt: skip
 
 
 def pot(b: Builder, m: Palette, radius: float, height: float, glaze: str = "terracotta") -> None:
     """A plant pot with earth in it."""
     r, h = radius, height
-    turned(b, [(r * 0.72, 0.0), (r * 0.96, h * 0.84), (r * 1.04, h * 0.85), (r * 1.04, h),
-               (r * 0.92, h), (r * 0.9, h * 0.86)], m[glaze], 18)  # fmt: skip
-    turned(b, [(r * 0.92, h * 0.88), (0.001, h * 0.9)], m["earth"], 18)
+    lathe(b, [(r * 0.72, 0.0), (r * 0.96, h * 0.84), (r * 1.04, h * 0.85), (r * 1.04, h),
+              (r * 0.92, h), (r * 0.9, h * 0.86)], m[glaze], 18, crisp=False)  # fmt: skip
+    lathe(b, [(r * 0.92, h * 0.88), (0.001, h * 0.9)], m["earth"], 18, crisp=False)
 
 
 def _leaf(b: Builder, m: Palette, root: F8, tip: F8, width: float, droop: float, name: str) -> None:
@@ -102,10 +103,11 @@ def plant(
 def vase(b: Builder, m: Palette, glaze: str, height: float) -> None:
     """A turned vase, taller than wide."""
     h = height
-    turned(b, [(h * 0.16, 0.0), (h * 0.27, h * 0.22), (h * 0.30, h * 0.42), (h * 0.20, h * 0.70),
-               (h * 0.10, h * 0.84), (h * 0.11, h * 0.93), (h * 0.15, h)],
-           m[glaze], 18)  # fmt: skip
-    turned(b, [(h * 0.14, h * 0.995), (h * 0.09, h * 0.86), (0.001, h * 0.84)], m["earth"], 18)
+    lathe(b, [(h * 0.16, 0.0), (h * 0.27, h * 0.22), (h * 0.30, h * 0.42), (h * 0.20, h * 0.70),
+              (h * 0.10, h * 0.84), (h * 0.11, h * 0.93), (h * 0.15, h)],
+          m[glaze], 18, crisp=False)  # fmt: skip
+    lathe(b, [(h * 0.14, h * 0.995), (h * 0.09, h * 0.86), (0.001, h * 0.84)], m["earth"], 18,
+          crisp=False)  # fmt: skip
 
 
 def bouquet(b: Builder, m: Palette, rng: np.random.Generator, height: float) -> None:
@@ -119,29 +121,30 @@ def bouquet(b: Builder, m: Palette, rng: np.random.Generator, height: float) -> 
         tube(b, tuple(foot), tuple(head), 0.003, m["stem"], 4)
         r = rng.uniform(0.020, 0.032)
         petals = m[("petal_a", "petal_b", "petal_c")[k % 3]]
-        turned(b, [(0.003, -r * 0.7), (r * 0.8, -r * 0.3), (r, r * 0.3), (r * 0.6, r * 0.7),
-                   (0.003, r * 0.8)], petals, 8, tuple(head))  # fmt: skip
+        lathe(b, [(0.003, -r * 0.7), (r * 0.8, -r * 0.3), (r, r * 0.3), (r * 0.6, r * 0.7),
+                  (0.003, r * 0.8)], petals, 8, tuple(head), crisp=False)  # fmt: skip
         _leaf(b, m, foot + (head - foot) * 0.5, foot + (head - foot) * 0.5 + out * 0.09, 0.03,
               0.02, "leaf1")  # fmt: skip
 
 
 def fruit_bowl(b: Builder, m: Palette, rng: np.random.Generator) -> None:
     """A bowl of oranges and apples."""
-    turned(b, [(0.06, 0.0), (0.065, 0.012), (0.13, 0.05), (0.165, 0.10), (0.17, 0.105),
-               (0.158, 0.10), (0.12, 0.055), (0.001, 0.03)], m["glaze"], 22)  # fmt: skip
+    lathe(b, [(0.06, 0.0), (0.065, 0.012), (0.13, 0.05), (0.165, 0.10), (0.17, 0.105),
+              (0.158, 0.10), (0.12, 0.055), (0.001, 0.03)], m["glaze"], 22,
+          crisp=False)  # fmt: skip
     for k in range(7):
         ring = 0.0 if k == 0 else 0.085
         angle = k * 1.0472 + 0.2
         r = float(rng.uniform(0.034, 0.041))
         at = (ring * np.cos(angle), ring * np.sin(angle), 0.085 if k else 0.125)
         ball = [(r * np.cos(a) + 1e-4, r * np.sin(a)) for a in np.linspace(-1.57, 1.57, 8)]
-        turned(b, ball, m["orange" if k % 3 else "apple"], 12, at)
+        lathe(b, ball, m["orange" if k % 3 else "apple"], 12, at, crisp=False)
 
 
 def crockery(b: Builder, m: Palette) -> None:
     """A plate, a bowl and a cup set for one."""
-    turned(b, [(0.09, 0.0), (0.125, 0.012), (0.13, 0.018), (0.085, 0.008), (0.001, 0.007)],
-           m["porcelain"], 22)  # fmt: skip
-    turned(b, [(0.028, 0.0), (0.036, 0.03), (0.040, 0.085), (0.037, 0.085), (0.03, 0.02),
-               (0.001, 0.015)], m["celadon"], 14, (0.17, 0.11, 0.0))  # fmt: skip
+    lathe(b, [(0.09, 0.0), (0.125, 0.012), (0.13, 0.018), (0.085, 0.008), (0.001, 0.007)],
+          m["porcelain"], 22, crisp=False)  # fmt: skip
+    lathe(b, [(0.028, 0.0), (0.036, 0.03), (0.040, 0.085), (0.037, 0.085), (0.03, 0.02),
+              (0.001, 0.015)], m["celadon"], 14, (0.17, 0.11, 0.0), crisp=False)  # fmt: skip
     box(b, (-0.172, -0.09, 0.0), (-0.160, 0.10, 0.003), m["iron"], 1.0, "-z")

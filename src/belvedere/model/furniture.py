@@ -6,7 +6,8 @@ import numpy as np
 
 from belvedere.model.architecture import Palette
 from belvedere.model.charts import Builder
-from belvedere.model.shapes import box, cushion, panel, tube, turned
+from belvedere.model.ornament import lathe
+from belvedere.model.shapes import box, cushion, panel, tube
 
 
 def sofa(b: Builder, m: Palette, width: float = 2.1, cloth: str = "sofa") -> None:
@@ -161,9 +162,10 @@ def shelf(b: Builder, m: Palette, width: float, depth: float = 0.22) -> None:
 
 def desk_lamp(b: Builder, m: Palette) -> None:
     """A brass table lamp with a cloth shade; the bulb hangs at z = 0.40."""
-    turned(b, [(0.0, 0.03), (0.05, 0.028), (0.085, 0.012), (0.085, 0.0)][::-1], m["brass"], 16)
-    turned(b, [(0.02, 0.02), (0.045, 0.08), (0.055, 0.13), (0.03, 0.20), (0.010, 0.24),
-               (0.010, 0.34)], m["glaze"], 14)  # fmt: skip
+    lathe(b, [(0.085, 0.0), (0.085, 0.012), (0.05, 0.028), (0.0, 0.03)], m["brass"], 16,
+          crisp=False)  # fmt: skip
+    lathe(b, [(0.02, 0.02), (0.045, 0.08), (0.055, 0.13), (0.03, 0.20), (0.010, 0.24),
+              (0.010, 0.34)], m["glaze"], 14, crisp=False)  # fmt: skip
     shade(b, m, 0.30, 0.52, 0.16, 0.10)
 
 
@@ -171,8 +173,8 @@ def shade(
     b: Builder, m: Palette, z0: float, z1: float, r0: float, r1: float, sides: int = 20
 ) -> None:
     """A glowing cloth lampshade, open above and below."""
-    turned(b, [(r0, z0), (r1, z1)], m["shade"], sides, scale=2.0)
-    turned(b, [(r1 - 0.004, z1), (r0 - 0.004, z0)], m["shade_inside"], sides, scale=2.0)
+    lathe(b, [(r0, z0), (r1, z1)], m["shade"], sides, scale=2.0, crisp=False)
+    lathe(b, [(r1 - 0.004, z1), (r0 - 0.004, z0)], m["shade_inside"], sides, scale=2.0, crisp=False)
 
 
 def framed(

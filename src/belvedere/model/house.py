@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from belvedere.ground.checks import check_choice, check_integer
+from belvedere.ground.progress import Progress, silent
 from belvedere.model.building import Building
 from belvedere.model.charts import Charts
 from belvedere.model.furnishing import furnish
 from belvedere.model.house_plans import HOUSES, HouseKind
 from belvedere.model.house_walk import recorded_walk
-from belvedere.model.light import Lamp, LightSettings, Progress, bake
+from belvedere.model.light import Lamp, LightSettings, bake
 from belvedere.model.palette import add_house_materials, make_palette
 from belvedere.model.photograph import LitModel
 from belvedere.model.plan import HousePlan, build_shell
@@ -90,7 +91,7 @@ def build_house(
     detail: int = 1,
     rays: int = 128,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> House:
     """Build, furnish and light a house; the same bytes for any number of threads.
 
@@ -101,7 +102,7 @@ def build_house(
         detail: times that many polygons: the same shapes and light, cut finer.
         rays: gathered per light map point; fewer is quicker and blotchier.
         threads: how many to use; None for as many as there are processors.
-        progress: called as ``progress(done, total, what)`` while the light is baked.
+        progress: told in hundredths while the light is baked.
 
     Raises:
         InputError: an unknown name; a seed that is not a whole number from 0 to 2**31 - 1; detail

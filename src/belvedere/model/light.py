@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.color import color_to_linear
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.threads import run_parallel
 from belvedere.model.charts import Charts
 from belvedere.model.lattice import (
@@ -34,8 +35,6 @@ F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
 
-Progress = Callable[[int, int, str], None]
-"""``progress(done, total, what)``."""
 TOTAL = 100
 """Steps of the progress that `bake` tells."""
 PATTERNS = 9
@@ -111,7 +110,7 @@ def bake(
     caster: RayCaster,
     settings: LightSettings,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> LightMap:
     """Light the charts of a mesh; the same for any number of threads.
 
@@ -121,7 +120,7 @@ def bake(
         caster: of that mesh.
         settings: what shines.
         threads: how many to use; None for as many as there are processors.
-        progress: called as ``progress(done, total, what)``, never by two threads at once.
+        progress: told in hundredths, never by two threads at once.
     """
     meter = _Meter(progress)
     meter.tell(0, "sun")
@@ -182,14 +181,13 @@ def bake(
 class _Meter:
     """Tells how far the light is, in hundredths."""
 
-    def __init__(self, progress: Progress | None) -> None:
+    def __init__(self, progress: Progress) -> None:
         self._progress, self._lock = progress, Lock()
 
     def tell(self, done: int, what: str) -> None:
         """So much is done."""
-        if self._progress is not None:
-            with self._lock:
-                self._progress(done, TOTAL, what)
+        with self._lock:
+            self._progress(done, TOTAL, what)
 
     def over(self, pieces: int, span: tuple[int, int], what: str) -> Callable[[], None]:
         """What each of ``pieces`` calls when it is done; together they lead through ``span``."""

@@ -25,16 +25,20 @@ def lathe(
     sides: int = 8,
     center: Sequence[float] = (0.0, 0.0, 0.0),
     scale: float = 1.0,
+    crisp: bool = True,
 ) -> None:
-    """A body turned about +z from a profile of (radius, height), listed upwards on its outside."""
+    """A body turned about +z from a profile of (radius, height), listed upwards on its outside.
+
+    Unless it is ``crisp``, shading runs on over the creases of the profile.
+    """
     line = np.asarray(profile, dtype=np.float64)
     angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
     around = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     repeats = max(round(2.0 * np.pi * float(line[:, 0].max()) * scale), 1)
-    for first, last in smooth_runs(line):
+    for first, last in smooth_runs(line) if crisp else [(0, len(line) - 1)]:
         run = line[first : last + 1]
-        slope = _tangents(run)
+        slope = _tangents(run) if crisp else np.gradient(run, axis=0)
         up = np.array([0.0, 0.0, 1.0])
         points = run[:, None, :1] * around + run[:, None, 1:] * up
         normals = slope[:, None, 1:] * around - slope[:, None, :1] * up

@@ -149,7 +149,7 @@ class Rasterizer:
         Raises:
             CameraError: not a planar camera: `photograph` takes the others.
         """
-        from belvedere.model import _raster
+        from belvedere.model import _raster_fill, _raster_setup
 
         if not isinstance(camera, Camera):
             raise CameraError(
@@ -165,7 +165,7 @@ class Rasterizer:
         disparity = disparity.view(np.float32)
         color = block[8 * height * width :].reshape(height, width, 3)
         plan = DrawPlan(camera, self.origin, lists, self.threads)
-        tile = _raster.TILE
+        tile = _raster_setup.TILE
         tiles = scratch("raster tiles", (-(-height // tile), -(-width // tile)), np.float32)
         tiles.fill(0.0)
         keys = scratch("raster keys", (height, (tiles.shape[1] + 1) * tile), np.int64)
@@ -186,15 +186,15 @@ class Rasterizer:
                 record: I4 = record,
             ) -> None:
                 if batch == batches[0]:
-                    _raster.clear_keys(*rows, width, keys)
-                _raster.draw_records(
+                    _raster_fill.clear_keys(*rows, width, keys)
+                _raster_fill.draw_records(
                     *batch, plan.rects, room, plan.count, record, record.view(np.float32), *rows,
                     keys,
                 )  # fmt: skip
                 if batch == batches[-1]:
                     self._shade(camera, plan.eye, rows, keys, face, disparity, color)
                 else:
-                    _raster.least_disparities(*rows, keys, tiles)
+                    _raster_fill.least_disparities(*rows, keys, tiles)
 
             run_parallel(set_up, plan.parts(*batch, threads), self.threads)
             run_parallel(draw, bands, self.threads)
@@ -222,9 +222,9 @@ def _set_up(
     drawn: DrawList, plan: DrawPlan, places: I8, room: I8, record: I4, tiles: F4, camera: Camera
 ) -> None:
     """Find out which triangles of some clusters of a list may show."""
-    from belvedere.model import _raster
+    from belvedere.model import _raster_setup
 
-    _raster.set_up(
+    _raster_setup.set_up(
         places, plan.cluster, plan.rects, plan.near, room, drawn.first_vertex, drawn.vertices,
         drawn.first_face, drawn.corners, drawn.faces, plan.eye, plan.inverse, camera.width,
         camera.height, tiles, plan.count, record, record.view(np.float32),

@@ -161,7 +161,9 @@ def _convert(
     if axis is None:
         axis = guess_up(triangles.vertices, triangles.faces)
         guessed.append("up")
-        report.note(f"up axis: taken as {axis} by its largest level faces; if wrong, pass up=")
+        report.note(
+            f"up axis: taken as {axis} by its largest level faces; if wrong, give up= (--up)"
+        )
     if axis != "z":
         triangles.vertices = triangles.vertices @ np.array(_TURNS[axis], np.float64).T
     if stated is not None:
@@ -172,7 +174,7 @@ def _convert(
         guess = guess_unit(triangles.vertices, triangles.faces)
         words, factor = f"taken as {NAMES[guess.unit]}", UNITS[guess.unit]
         guessed.append("units")
-        report.note(f"units: {words}, because {guess.why}; if wrong, pass units=")
+        report.note(f"units: {words}, because {guess.why}; if wrong, give units= (--units)")
     triangles.vertices = triangles.vertices * factor
     longest = float(np.ptp(triangles.vertices, axis=0).max())
     if "units" not in guessed and not 0.5 <= longest <= 5000.0:

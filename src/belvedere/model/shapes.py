@@ -1,4 +1,4 @@
-"""Shapes that furniture is made of: boxes, cushions, tubes, turned bodies and sheets of cloth.
+"""Shapes that furniture is made of: boxes, cushions, tubes and sheets of cloth.
 
 Every shape is closed or one-sided with its front outwards, in the builder's current place.
 """
@@ -95,28 +95,6 @@ def grid(
 
     bent = None if bends is None else corners(bends)
     b.patches(corners(points), material, corners(uv), corners(normals), bent)
-
-
-def turned(
-    b: Builder,
-    profile: Sequence[tuple[float, float]],
-    material: int,
-    sides: int = 16,
-    center: Sequence[float] = (0.0, 0.0, 0.0),
-    scale: float = 1.0,
-) -> None:
-    """A body turned about +z from a profile of (radius, height), listed upwards on its outside."""
-    line = np.asarray(profile, dtype=np.float64)
-    angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
-    around = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    points = line[:, None, :1] * around + line[:, None, 1:] * np.array([0.0, 0.0, 1.0])
-    slope = np.gradient(line, axis=0)
-    normals = slope[:, None, 1:] * around - slope[:, None, :1] * np.array([0.0, 0.0, 1.0])
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    girth = 2.0 * np.pi * float(line[:, 0].max())
-    u, v = np.meshgrid(angle / (2.0 * np.pi) * max(round(girth * scale), 1), length * scale)
-    bends = np.broadcast_to(around, points.shape)
-    grid(b, points + np.asarray(center), material, np.stack([u, v], axis=2), normals, bends)
 
 
 def tube(

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     )
     from belvedere.studio.machine import Machine, describe_machine
     from belvedere.studio.metrics import psnr, ssim
-    from belvedere.studio.progress import Progress, silent
     from belvedere.studio.report import Report, evaluate_to_report, write_report
     from belvedere.studio.scores import Evaluation, Summary, ViewScore
     from belvedere.studio.walk import RenderResult, render_path
@@ -44,7 +43,6 @@ _HOME = {
     "hole_picture": "explained", "source_picture": "explained",
     "Machine": "machine", "describe_machine": "machine",
     "psnr": "metrics", "ssim": "metrics",
-    "Progress": "progress", "silent": "progress",
     "Report": "report", "evaluate_to_report": "report", "write_report": "report",
     "Evaluation": "scores", "Summary": "scores", "ViewScore": "scores",
     "RenderResult": "walk", "render_path": "walk",
@@ -69,7 +67,6 @@ __all__ = [
     "DemoResult",
     "Evaluation",
     "Machine",
-    "Progress",
     "RenderResult",
     "Report",
     "Summary",
@@ -87,7 +84,6 @@ __all__ = [
     "psnr",
     "render_path",
     "signed_difference",
-    "silent",
     "source_picture",
     "ssim",
     "write_report",

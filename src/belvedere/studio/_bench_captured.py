@@ -15,6 +15,7 @@ import numpy as np
 
 from belvedere.ground.color import color_to_srgb8
 from belvedere.ground.errors import CameraError, MissingDependencyError
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene import Camera, ReferenceView
 from belvedere.scene.views import ViewSet
 from belvedere.studio._bench_field import FIELD
@@ -26,7 +27,6 @@ from belvedere.studio._bench_warp import Pictures, Plan, counted_references, fin
 from belvedere.studio.difference import picture_with_holes, signed_difference
 from belvedere.studio.evaluate import plan_hold_out, truth_mask
 from belvedere.studio.metrics import Mask, psnr, ssim
-from belvedere.studio.progress import Progress, silent
 
 
 @dataclass(slots=True, eq=False)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.errors import BelvedereError, MissingDependencyError
+from belvedere.ground.progress import Progress
 from belvedere.ground.threads import run_parallel, thread_count
 from belvedere.model import (
     LitModel,
@@ -28,7 +29,6 @@ from belvedere.scene import Camera
 from belvedere.studio._bench_rows import BenchRow
 from belvedere.studio._bench_timing import Contestant, time_interleaved
 from belvedere.studio.metrics import psnr
-from belvedere.studio.progress import Progress
 
 RAYS = 8
 """Rays for each point of light: how bright things are does not change how long they take."""

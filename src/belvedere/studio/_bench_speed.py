@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from belvedere.ground.errors import MissingDependencyError
+from belvedere.ground.progress import Progress
 from belvedere.ground.threads import thread_count
 from belvedere.scene import Frame
 from belvedere.studio._bench_peers import PEERS, Peer, agreement
 from belvedere.studio._bench_rows import BenchRow
 from belvedere.studio._bench_scene import BenchScene, make_room
 from belvedere.studio._bench_timing import Contestant, Times, time_interleaved
-from belvedere.studio.progress import Progress
 
 BYTES_PER_SAMPLE = 18
 """What a point warp of ``uint8`` RGB must move: 7 bytes of colour and disparity in, 11 of colour,

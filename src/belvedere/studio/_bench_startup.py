@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from belvedere.ground.errors import BelvedereError
+from belvedere.ground.progress import Progress
 from belvedere.studio._bench_rows import BenchRow
-from belvedere.studio.progress import Progress
 
 BASELINE = "python"
 

@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene import Camera, ReferenceView
-from belvedere.studio.progress import Progress, silent
 
 if TYPE_CHECKING:
     from belvedere.model import Interior

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belvedere.studio.progress import Progress
+from belvedere.ground.progress import Progress
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer
 from belvedere.ground.errors import InputError, MissingDependencyError
+from belvedere.ground.progress import Progress
 from belvedere.ground.threads import thread_count
 from belvedere.scene import Camera, Frame, ReferenceView
 from belvedere.studio._bench_field import FIELD
@@ -28,7 +29,6 @@ from belvedere.studio._bench_rival import Rival, shown
 from belvedere.studio._bench_rows import BenchRow
 from belvedere.studio._bench_stations import MOST_REFERENCES, Station
 from belvedere.studio._bench_timing import Contestant, Times, time_interleaved
-from belvedere.studio.progress import Progress
 
 BASELINE = "default"
 RECORD = "bench.json"

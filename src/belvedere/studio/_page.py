@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 from belvedere.studio._chart import Line, legend, psnr_chart
 from belvedere.studio._meaning import meaning
+from belvedere.studio._page_frame import PageFrame, framed_page
 from belvedere.studio._pictures import PictureCollector, ViewPictures
 from belvedere.studio.scores import COLUMNS, shown_number
 
@@ -28,37 +27,32 @@ def render_page(report: Mapping[str, Any], pictures: PictureCollector) -> str:
     ways = [row["reconstruction"] for row in summary]
     views = _by_view(evaluation["views"])
     lines = _lines(views, ways)
-    page = files("belvedere.studio") / "page"
-    read: Callable[[str], str] = lambda name: (page / name).read_text("utf-8")  # noqa: E731
     several = len(ways) > 1
-    return Template(read("report.html")).substitute(
-        title=escape(report["title"]),
-        version=escape(report["machine"]["packages"]["belvedere"]),
-        style=read("report.css"),
-        script=read("report.js"),
-        lede=_lede(evaluation, len(views)),
-        figures=_figures(summary, several),
-        table=_table(summary, ways, "summary"),
-        table_note=_table_note(summary, several),
-        all_views=_all_views(evaluation["views"], ways),
-        chart_note=_chart_note(several),
-        legend=legend(lines),
-        chart_wide=psnr_chart(list(views), lines, 1120),
-        chart_narrow=psnr_chart(list(views), lines, 360),
-        first_way=escape(_best(summary)["reconstruction"]),
-        pictures_note=_pictures_note(pictures, len(views)),
-        switch=_switch(ways),
-        cards="".join(
+    frame = PageFrame(
+        "evaluation", report["title"], report["machine"]["packages"]["belvedere"],
+        _lede(evaluation, len(views)), _figures(summary, several),
+    )  # fmt: skip
+    parts = {
+        "table": _table(summary, ways, "summary"),
+        "table_note": _table_note(summary, several),
+        "all_views": _all_views(evaluation["views"], ways),
+        "chart_note": _chart_note(several),
+        "legend": legend(lines),
+        "chart_wide": psnr_chart(list(views), lines, 1120),
+        "chart_narrow": psnr_chart(list(views), lines, 360),
+        "first_way": escape(_best(summary)["reconstruction"]),
+        "pictures_note": _pictures_note(pictures, len(views)),
+        "switch": _switch(ways),
+        "cards": "".join(
             _card(name, views[name], pictures.views[name], ways)
             for name in pictures.shown
             if name in pictures.views
         ),
-        meaning=meaning(pictures.gain),
-        facts=_facts(report),
-        command=escape(report["command"] or "(no command was given)"),
-        footer=f"Written by belvedere {escape(report['machine']['packages']['belvedere'])}. This "
-        "page needs no network; report.json beside it holds every number.",
-    )
+        "meaning": meaning(pictures.gain),
+        "facts": _facts(report),
+        "command": escape(report["command"] or "(no command was given)"),
+    }
+    return framed_page(frame, "report", parts)
 
 
 def _by_view(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, dict[str, Any]]]:
@@ -93,20 +87,16 @@ def _ordinal(n: int) -> str:
     return words.get(n, f"{n}th")
 
 
-def _figures(summary: Sequence[Mapping[str, Any]], several: bool) -> str:
+def _figures(summary: Sequence[Mapping[str, Any]], several: bool) -> list[tuple[str, str, str]]:
     """The four numbers in large type: those of the best way on common pixels."""
     best = _best(summary)
     suffix = f", {best['reconstruction']}" if several else ""
-    items = (
+    return [
         (f"PSNR, covered{suffix}", shown_number(best["psnr_covered"], "db"), "dB"),
         ("SSIM, covered", shown_number(best["ssim_covered"], "index"), ""),
         ("Holes", shown_number(best["hole_fraction"], "percent"), "%"),
         ("Render, a view", shown_number(best["ms"], "ms"), "ms"),
-    )
-    return "".join(
-        f"<div><dt>{escape(name)}</dt><dd>{value}<small>{unit}</small></dd></div>"
-        for name, value, unit in items
-    )
+    ]
 
 
 def _best(summary: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:

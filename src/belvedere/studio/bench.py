@@ -12,9 +12,9 @@ from pathlib import Path
 
 from belvedere.ground.checks import check_choice, check_integer
 from belvedere.ground.errors import InputError
+from belvedere.ground.progress import Progress, silent
 from belvedere.studio._bench_rows import SUITES, BenchResult, BenchRow, Suite
 from belvedere.studio.machine import describe_machine
-from belvedere.studio.progress import Progress, silent
 
 __all__ = ["SUITES", "BenchResult", "BenchRow", "Suite", "bench"]
 

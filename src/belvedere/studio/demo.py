@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from belvedere.ground.checks import check_integer, check_number
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.wording import counted
 from belvedere.scene import Camera, ReferenceView, ViewSet
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
 from belvedere.scene.path import CameraPath, Keyframe
 from belvedere.studio.machine import describe_machine
-from belvedere.studio.progress import Progress, silent
 from belvedere.studio.report import evaluate_to_report
 from belvedere.studio.scores import Evaluation
 from belvedere.studio.walk import RenderResult, cameras_along, render_path

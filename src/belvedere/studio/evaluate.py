@@ -18,13 +18,13 @@ import numpy as np
 
 from belvedere.ground.checks import check_choice, check_integer
 from belvedere.ground.errors import InputError, SceneError
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.threads import run_parallel
 from belvedere.scene.camera import Camera
 from belvedere.scene.camera_model import CameraModel
 from belvedere.scene.view import Color, Frame, ReferenceView
 from belvedere.scene.views import ViewSet
 from belvedere.studio.metrics import Mask, psnr_of_squares, shown_values, ssim
-from belvedere.studio.progress import Progress, silent
 from belvedere.studio.scores import Evaluation, ViewScore
 
 

@@ -22,6 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
 from belvedere.scene.io.json_files import write_json
 from belvedere.scene.views import ViewSet
@@ -29,7 +30,6 @@ from belvedere.studio._page import render_page
 from belvedere.studio._pictures import PictureCollector
 from belvedere.studio.evaluate import evaluate, plan_hold_out, reconstruction_names
 from belvedere.studio.machine import Machine, describe_machine
-from belvedere.studio.progress import Progress, silent
 from belvedere.studio.scores import Evaluation
 
 SCHEMA = "belvedere.report"

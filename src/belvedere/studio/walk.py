@@ -28,6 +28,7 @@ from typing import Any
 from belvedere.ground.checks import check_image_size, check_integer, check_number
 from belvedere.ground.color import color_to_srgb8
 from belvedere.ground.errors import InputError, OutputError
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene.camera_model import CameraModel
 from belvedere.scene.io.atomic import (
     check_replaceable,
@@ -43,7 +44,6 @@ from belvedere.scene.view import Color, Frame
 from belvedere.studio._job import RECORD, RenderJob, describe_job
 from belvedere.studio._segments import join_segments
 from belvedere.studio._sinks import VIDEO_SUFFIX, PictureSink, VideoSink, writers
-from belvedere.studio.progress import Progress, silent
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from belvedere.walkthrough.error_driven import (
     place_references,
     visitor_eyes,
 )
+from belvedere.walkthrough.estimate import Estimate, estimate
 from belvedere.walkthrough.frame_loop import Walker
 from belvedere.walkthrough.free_space import Body, FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer, GeometryDrawer
@@ -31,7 +32,8 @@ from belvedere.walkthrough.placement import (
 )
 from belvedere.walkthrough.plan import Mark, Plan, draw_plan
 from belvedere.walkthrough.portal_images import PortalImages, take_reference
-from belvedere.walkthrough.prepare import Estimate, Prepared, PrepareOptions, estimate, prepare
+from belvedere.walkthrough.prepare import Prepared, prepare
+from belvedere.walkthrough.prepare_options import PrepareOptions
 from belvedere.walkthrough.stated import cells_of_building
 from belvedere.walkthrough.switching import Switches, SwitchOptions
 from belvedere.walkthrough.tour import random_walk, tour

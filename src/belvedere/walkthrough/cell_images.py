@@ -26,7 +26,6 @@ from belvedere.ground.checks import check_integer, check_number
 from belvedere.ground.errors import InputError
 from belvedere.model import LitModel, RayCaster, photograph
 from belvedere.scene import Camera, ReferenceView, ViewSet
-from belvedere.walkthrough.placement import EYE_M
 
 F8 = npt.NDArray[np.float64]
 
@@ -48,21 +47,19 @@ __all__ = ["CellImageOptions", "CellImages", "box_cameras", "photograph_place", 
 class CellImageOptions:
     """Which cells are shown by pictures of their own, and how fine these are."""
 
-    polygons: int = 150_000
-    """Cells with at least so many polygons are; 0 for all cells."""
+    polygons: int = 2_000_000
+    """Cells with at least so many polygons are; 0 for all cells. Below some millions drawing them
+    is quicker than warping pictures of them."""
     spacing: float = 1.5
     """Every place where a visitor can stand sees one that is at most this many metres away."""
     texels: int = 512
     """Across a right angle, in the pictures that look ahead and aside."""
-    eye: float = EYE_M
-    """Metres above the floor."""
 
     def __post_init__(self) -> None:
         owner = "CellImageOptions"
         check_integer(owner, "polygons", self.polygons, 0, 1_000_000_000)
         check_number(owner, "spacing", self.spacing, 0.3, 100.0)
         check_integer(owner, "texels", self.texels, 16, 4096)
-        check_number(owner, "eye", self.eye, 0.1, 100.0)
 
 
 def box_cameras(eye: F8, texels: int) -> tuple[Camera, ...]:

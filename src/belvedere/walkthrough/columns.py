@@ -105,13 +105,13 @@ def _place_grid(mesh: Mesh, spacing: float) -> tuple[Grid, F8]:
     if size.max() > MAX_SIDE_M:
         raise SceneError(
             f"The model is {size[0]:.6g} x {size[1]:.6g} x {size[2]:.6g} m large, which is no "
-            "building: is it in millimetres? Scale it by 0.001 (its unit must be the metre); or "
-            "leave out what lies far away"
+            "building: is it in millimetres? Say so (--units mm) or scale it by 0.001; or leave "
+            "out what lies far away"
         )
     if max(size[0], size[1]) < MIN_SIDE_M:
         raise SceneError(
             f"The model is {size[0]:.3g} x {size[1]:.3g} x {size[2]:.3g} m large, too small to "
-            "walk in: its unit must be the metre"
+            "walk in: say what its unit is (--units), or scale it to metres"
         )
     # a corner that no wall on round numbers falls upon
     start = low - np.array([1.37 * spacing, 1.37 * spacing, 0.0])

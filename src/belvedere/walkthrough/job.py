@@ -51,7 +51,7 @@ class PrepareJob:
         """Make the work folder beside ``target``, or take up what an interrupted call left.
 
         When the block ends without an exception, the folder becomes ``target``; after any
-        exception it stays, to be taken up again.
+        exception it stays, to be taken up again, if a piece is there.
 
         Raises:
             OutputError: ``target`` exists without ``force`` or is not ours; the work folder
@@ -66,7 +66,11 @@ class PrepareJob:
             folder.mkdir(parents=True, exist_ok=True)
             with _locked(folder / LOCK, target):
                 write_json(folder / RECORD, plain)
-                yield cls(folder, plain)
+                try:
+                    yield cls(folder, plain)
+                except BaseException:
+                    _drop_if_empty(folder)
+                    raise
                 _tidy(folder)
                 sync_folder(folder)
                 swap_folder(folder, target)
@@ -107,6 +111,12 @@ def _locked(path: Path, target: Path) -> Iterator[None]:
                     "name"
                 ) from None
         yield
+
+
+def _drop_if_empty(folder: Path) -> None:
+    """Leave nothing behind where no piece was made: a model that was refused at once."""
+    if {path.name for path in folder.iterdir()} <= {RECORD, LOCK}:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _tidy(folder: Path) -> None:

@@ -35,6 +35,8 @@ PORTAL_INK: dict[str, Color] = {
 MARK_INK = (204, 24, 60)
 WALL_M = 0.3
 """How wide a band of wall is drawn round a cell; what the slice shows lies on top."""
+FOOT_PX, AXES_PX, KEY_PX = 24.0, 136.0, 46.0
+"""Widths in the line below the plans: before the scale bar, of the axes, of a key but its word."""
 GOLDEN = 0.618033988749895
 
 __all__ = ["Mark", "Plan", "draw_plan"]
@@ -109,7 +111,10 @@ def draw_plan(
     high = np.max([cell.high[:2] for cell in graph.cells], axis=0) + 0.9
     room = high - low
     scale = min(pixels_per_metre, 8000.0 / (room[0] * len(storeys)), 8000.0 / float(room[1]))
-    wide, tall = room * scale
+    lacks = max(_foot_width(scale) / len(storeys) - room[0] * scale, 0.0) / scale
+    beside = np.array([lacks / 2.0, 0.0])
+    low, high = low - beside, high + beside
+    wide, tall = (high - low) * scale
     head, foot = 46.0, 64.0
     drawing = Drawing(math.ceil(wide * len(storeys)), math.ceil(tall + head + foot))
     open_mesh = without(mesh, named_doors(mesh))
@@ -121,7 +126,7 @@ def draw_plan(
         sheet.marks(shown)
         title = f"storey {storey}, floor at {level:.2f} m"
         drawing.items.append(Label((k * wide + wide / 2.0, 24.0), title, 20.0, INK))
-    _scale_bar(drawing, scale, tall + head + 22.0)
+    _foot(drawing, scale, tall + head + 22.0)
     return Plan(drawing)
 
 
@@ -353,9 +358,15 @@ def _slice(mesh: Mesh, height: float) -> F8:
     return segments[long]
 
 
-def _scale_bar(drawing: Drawing, scale: float, y: float) -> None:
-    """Five metres in black and white, and which way the axes go."""
-    x = 24.0
+def _foot_width(scale: float) -> float:
+    """Pixels that the line below the plans takes, see `_foot`."""
+    keys = sum(KEY_PX + text_width(kind, 12.0) for kind in PORTAL_INK)
+    return FOOT_PX + 5.0 * scale + AXES_PX + keys
+
+
+def _foot(drawing: Drawing, scale: float, y: float) -> None:
+    """Five metres in black and white, which way the axes go, and what the colours stand for."""
+    x = FOOT_PX
     for k in range(5):
         a, b = x + k * scale, x + (k + 1) * scale
         ring = np.array([[a, y], [b, y], [b, y + 6.0], [a, y + 6.0]])
@@ -373,9 +384,9 @@ def _scale_bar(drawing: Drawing, scale: float, y: float) -> None:
     drawing.items.append(Lines(np.array(arrows, dtype=np.float64), INK, 1.4))
     drawing.items.append(Label((cx + 35.0, cy), "x", 12.0, INK))
     drawing.items.append(Label((cx + 10.0, cy - 26.0), "y", 12.0, INK))
-    at = cx + 80.0
+    at = x + 5 * scale + AXES_PX
     for kind, color in PORTAL_INK.items():
         drawing.items.append(Lines(np.array([[[at, cy], [at + 18.0, cy]]]), color, 3.0))
         width = text_width(kind, 12.0)
         drawing.items.append(Label((at + 26.0 + width / 2.0, cy), kind, 12.0, INK))
-        at += 46.0 + width
+        at += KEY_PX + width

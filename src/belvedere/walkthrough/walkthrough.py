@@ -7,6 +7,7 @@
             model.lit           the polygons with their baked light, for us
             cells.json          cells and portals; may be edited by hand
             plan.svg, plan.png  the floor plan
+            free.npz            where a visitor can stand
             path.json           a walk through the building
             references/p007-c03/  what is seen through portal 7 from cell 3: a scene folder of its
                                   own, which every other command opens too
@@ -16,15 +17,13 @@
 
 from __future__ import annotations
 
-import threading
-from collections import OrderedDict
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from belvedere.ground.errors import SceneError
+from belvedere.ground.errors import MissingFileError, SceneError
 from belvedere.model import LitModel
 from belvedere.scene import (
     Affordances,
@@ -32,133 +31,25 @@ from belvedere.scene import (
     CameraModel,
     CameraPath,
     Frame,
-    ViewEntry,
     ViewingRegion,
-    ViewSet,
 )
 from belvedere.scene.io.json_files import read_json
-from belvedere.scene.io.paths import existing
-from belvedere.walkthrough.cell_images import SIDES, CellImages
+from belvedere.walkthrough.cell_images import CellImages
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.contents import contents_of
 from belvedere.walkthrough.frame_loop import Walker
 from belvedere.walkthrough.free_space import FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer
-from belvedere.walkthrough.placement import Side
 from belvedere.walkthrough.portal_images import PortalImages
+from belvedere.walkthrough.stored_images import StoredCellImages, StoredImages
 from belvedere.walkthrough.walk_options import WalkOptions
 
 KIND, VERSION = "walkthrough", 1
 MANIFEST = "belvedere.json"
-KEPT_BYTES = 1 << 30
-"""Bytes of references that are kept in memory by default."""
+FREE = "free.npz"
+"""Where a visitor can stand; scenes of earlier versions have none."""
 
-__all__ = ["StoredCellImages", "StoredImages", "Walkthrough", "place_folder", "side_folder"]
-
-
-def side_folder(portal: int, cell: int) -> str:
-    """The folder, inside a scene, of what is seen through a portal from a cell."""
-    return f"references/p{portal:03d}-c{cell:03d}"
-
-
-def place_folder(cell: int, place: int) -> str:
-    """The folder, inside a scene, of what is seen all round from a place in a cell."""
-    return f"references/c{cell:03d}-e{place:02d}"
-
-
-class StoredImages(Mapping[tuple[int, int], PortalImages]):
-    """The references of a scene by (portal, cell), read when they are first asked for.
-
-    Memory: at most ``kept_bytes`` of pixels, and at least one side's.
-    """
-
-    def __init__(self, folder: Path, graph: CellGraph, kept_bytes: int = KEPT_BYTES) -> None:
-        self._folder, self._graph, self._limit = folder, graph, kept_bytes
-        self._keys = tuple(
-            (k, cell)
-            for k, portal in enumerate(graph.portals)
-            for cell in portal.cells
-            if cell >= 0 and (folder / side_folder(k, cell)).is_dir()
-        )
-        self._known = frozenset(self._keys)
-        self._read: OrderedDict[tuple[int, int], PortalImages] = OrderedDict()
-        self._bytes = 0
-        self._lock = threading.Lock()
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._known
-
-    def __iter__(self) -> Iterator[tuple[int, int]]:
-        return iter(self._keys)
-
-    def __len__(self) -> int:
-        return len(self._keys)
-
-    def __getitem__(self, key: tuple[int, int]) -> PortalImages:
-        if key not in self._known:
-            raise KeyError(key)
-        with self._lock:
-            if key in self._read:
-                self._read.move_to_end(key)
-                return self._read[key]
-        images = self._load(key)
-        with self._lock:
-            self._read[key] = images
-            self._bytes += _bytes(images)
-            while self._bytes > self._limit and len(self._read) > 1:
-                self._bytes -= _bytes(self._read.popitem(last=False)[1])
-        return images
-
-    def _load(self, key: tuple[int, int]) -> PortalImages:
-        from belvedere.scene.io.detect import read_views
-
-        portal, cell = key
-        views = read_views(self._folder / side_folder(portal, cell))
-        side = Side(self._graph.portals[portal], cell, self._graph.cells[cell].floor)
-        return PortalImages(side, tuple(views[k] for k in range(len(views))))
-
-
-class StoredCellImages(Mapping[int, CellImages]):
-    """The pictures of a scene's cells from inside; each is read when it is first asked for.
-
-    Memory: see `belvedere.scene.ViewSet`, for each cell.
-    """
-
-    def __init__(self, folder: Path, cells: int) -> None:
-        self._folder = folder
-        self._cells = tuple(k for k in range(cells) if (folder / place_folder(k, 0)).is_dir())
-        self._read: dict[int, CellImages] = {}
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(self._cells)
-
-    def __len__(self) -> int:
-        return len(self._cells)
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._cells
-
-    def __getitem__(self, key: int) -> CellImages:
-        if key not in self._cells:
-            raise KeyError(key)
-        if key not in self._read:
-            self._read[key] = self._load(key)
-        return self._read[key]
-
-    def _load(self, cell: int) -> CellImages:
-        from belvedere.scene.io.detect import read_views
-
-        entries: list[ViewEntry] = []
-        while (folder := self._folder / place_folder(cell, len(entries) // SIDES)).is_dir():
-            views = read_views(folder)
-            if len(views) != SIDES:
-                raise SceneError(f"{folder}: has {len(views)} pictures, expected {SIDES}")
-            entries += [replace(one, name=f"{folder.name}/{one.name}") for one in views.entries]
-        return CellImages(ViewSet(tuple(entries)))
-
-
-def _bytes(images: PortalImages) -> int:
-    return sum(view.nbytes for view in images.references)
+__all__ = ["Walkthrough"]
 
 
 @dataclass(eq=False)
@@ -181,6 +72,8 @@ class Walkthrough:
     """How many to use; None for as many as there are processors."""
     facts: dict[str, Any] = field(default_factory=dict)
     """What its folder says of it."""
+    free: Path | None = None
+    """A file of its free space; None to find that from the polygons."""
     cell_images: Mapping[int, CellImages] = field(default_factory=dict)
     """Pictures from inside of cells that have very many polygons."""
 
@@ -198,7 +91,14 @@ class Walkthrough:
         from belvedere.walkthrough.graph_file import load_graph
 
         folder = Path(path)
-        facts = read_json(existing(folder, MANIFEST)).data
+        if not folder.is_dir():
+            raise MissingFileError(f"{folder}: there is no such folder")
+        if not (folder / MANIFEST).is_file():
+            raise MissingFileError(
+                f"{folder}: is no prepared building: it holds no {MANIFEST}. "
+                "`belvedere prepare MODEL -o NAME` makes one of a model"
+            )
+        facts = read_json(folder / MANIFEST).data
         if facts.get("kind") != KIND:
             raise SceneError(f"{folder}: is a scene of kind {facts.get('kind')!r}, not {KIND!r}")
         if not isinstance(facts.get("version"), int) or facts["version"] > VERSION:
@@ -217,7 +117,8 @@ class Walkthrough:
             home = camera
         return cls(
             graph, model, StoredImages(folder, graph), home, way, options or WalkOptions(), threads,
-            dict(facts), StoredCellImages(folder, len(graph.cells)),
+            dict(facts), folder / FREE if (folder / FREE).is_file() else None,
+            StoredCellImages(folder, len(graph.cells)),
         )  # fmt: skip
 
     @property
@@ -241,7 +142,14 @@ class Walkthrough:
 
     @cached_property
     def space(self) -> FreeSpace:
-        """Where a visitor can walk; made once, in some seconds."""
+        """Where a visitor can walk; read or made when it is first asked for.
+
+        Raises:
+            FileFormatError: the scene's file of it is broken.
+            SceneError: there is no such file, and nowhere to stand.
+        """
+        if self.free is not None:
+            return FreeSpace.load(self.free)
         return FreeSpace.of_mesh(self.model.mesh)
 
     @cached_property

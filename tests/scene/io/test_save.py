@@ -247,8 +247,8 @@ def test_unknown_options_are_refused(
 
 
 def stop_after(count: int) -> Any:
-    def progress(done: int, total: int) -> None:
-        assert total == 3
+    def progress(done: int, total: int, what: str) -> None:
+        assert (total, what) == (3, "writing views")
         if done == count:
             raise KeyboardInterrupt
 
@@ -316,7 +316,7 @@ from belvedere.scene.io import save_views
 camera = Camera.look_at((0, -2, 1), (0, 0, 1), width=6, height=4)
 view = ReferenceView(camera, np.zeros((4, 6, 3), np.uint8), np.ones((4, 6), np.float32))
 save_views(ViewSet.of([view] * 3), {str(tmp_path / "scene")!r},
-           progress=lambda done, total: os._exit(9) if done == 2 else None)
+           progress=lambda done, total, what: os._exit(9) if done == 2 else None)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     assert done.returncode == 9, done.stderr

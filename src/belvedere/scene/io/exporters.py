@@ -15,6 +15,7 @@ from typing import Any
 
 from belvedere.ground.checks import check_choice, check_path
 from belvedere.ground.errors import InputError, SceneError
+from belvedere.ground.progress import Progress, silent
 from belvedere.ground.wording import counted
 from belvedere.scene.camera import Camera
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, write_bytes
@@ -29,7 +30,6 @@ from belvedere.scene.io.pixels_out import (
     ColorFormat,
     DepthFormat,
     PixelPlan,
-    Progress,
     SavedViews,
     WrittenFile,
     color_suffix,
@@ -56,7 +56,7 @@ def to_cameras_json(
     color_format: ColorFormat | None = None,
     depth_format: DepthFormat = "png16",
     force: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> SavedViews:
     """Write ``cameras.json`` + ``images/`` + ``depth/``; arguments and errors as `save_views`."""
     check_choice("to_cameras_json", "depth_format", depth_format, DEPTH_FORMATS)
@@ -75,7 +75,7 @@ def to_colmap(
     binary: bool = True,
     color_format: ColorFormat | None = None,
     force: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> SavedViews:
     """Write a COLMAP dense workspace: ``sparse/``, ``images/``, ``stereo/depth_maps/``.
 
@@ -105,7 +105,7 @@ def to_tum(
     color_format: ColorFormat | None = None,
     depth_format: DepthFormat = "png16",
     force: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> SavedViews:
     """Write the TUM RGB-D layout, a picture a second, with ``calibration.txt``.
 
@@ -189,7 +189,7 @@ def _export(
     plan: PixelPlan,
     header: Header,
     force: bool,
-    progress: Progress | None,
+    progress: Progress,
 ) -> SavedViews:
     target = Path(path)
     check_replaceable(target, force, MANIFEST)

@@ -11,7 +11,6 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -21,6 +20,7 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import check_choice, check_number
 from belvedere.ground.errors import SceneError
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene.camera import Camera
 from belvedere.scene.io.atomic import write_bytes
 from belvedere.scene.io.depth import (
@@ -36,8 +36,6 @@ from belvedere.scene.views import ViewSet
 
 ColorFormat = Literal["png", "jpg", "webp", "exr"]
 DepthFormat = Literal["png16", "exr", "npy", "pfm", "colmap"]
-Progress = Callable[[int, int], None]
-"""Called with pictures done and pictures in all."""
 COLOR_FORMATS = ("png", "jpg", "webp", "exr")
 DEPTH_FORMATS = ("png16", "exr", "npy", "pfm")
 FLOAT_ADVICE = "use a float depth format (exr, npy, pfm)"
@@ -151,7 +149,7 @@ def depth_step(views: ViewSet, asked: float | None) -> float:
 
 
 def write_pixels(
-    views: ViewSet, folder: Path, plan: PixelPlan, progress: Progress | None = None
+    views: ViewSet, folder: Path, plan: PixelPlan, progress: Progress = silent
 ) -> tuple[list[WrittenFile], int, tuple[str, ...]]:
     """Write every view's colour and depth into ``folder``.
 
@@ -190,8 +188,7 @@ def write_pixels(
             lost += int((view.disparity == 0).sum())
         if pixels.dtype != np.uint8 and plan.color_suffix != ".exr":
             clipped += 1
-        if progress is not None:
-            progress(index + 1, len(views))
+        progress(index + 1, len(views), "writing views")
     _finish(folder, files)
     return files, resumed, _notes(lost, clipped, plan)
 

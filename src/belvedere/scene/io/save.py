@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from belvedere.ground.checks import check_choice
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene.camera import Camera
 from belvedere.scene.io.atomic import check_replaceable, staged_folder, staging_path
 from belvedere.scene.io.depth import INFINITY_CODE
@@ -29,7 +30,6 @@ from belvedere.scene.io.pixels_out import (
     ColorFormat,
     DepthFormat,
     PixelPlan,
-    Progress,
     SavedViews,
     WrittenFile,
     color_suffix,
@@ -60,7 +60,7 @@ def save_views(
     depth_format: DepthFormat = "png16",
     depth_step_m: float | None = None,
     force: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> SavedViews:
     """Save a set of views as a scene folder. It is there complete, or not at all.
 

@@ -166,6 +166,7 @@ def prepare(
     """  # fmt: skip
     from belvedere.walkthrough import PlacementOptions, PrepareOptions, estimate
     from belvedere.walkthrough import prepare as make
+    from belvedere.walkthrough.cell_images import CellImageOptions
 
     options = PrepareOptions(
         cells=cells.value, cells_file=None if cells_file is None else str(cells_file.absolute()),

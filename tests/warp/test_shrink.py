@@ -9,10 +9,11 @@ import numpy.typing as npt
 import pytest
 
 from belvedere.ground.color import color_to_linear, color_to_srgb8
+from belvedere.ground.errors import ViewError
 from belvedere.scene import Camera, ReferenceView
 from belvedere.studio.metrics import psnr
-from belvedere.warp import PreparedView, prepare, warp
-from tests.warp.worlds import noise, same, straight_camera, view_of
+from belvedere.warp import PreparedView, halved, prepare, warp
+from tests.warp.worlds import noise, plane_disparity, same, straight_camera, view_of
 
 F4 = npt.NDArray[np.float32]
 
@@ -122,7 +123,7 @@ def test_what_is_as_large_keeps_its_bytes_beside_what_is_shrunk(
     assert not changed[known & ~shrunk].any()
 
 
-def halved(color: Any, disparity: Any, tolerance: float) -> tuple[Any, Any]:
+def slow_halves(color: Any, disparity: Any, tolerance: float) -> tuple[Any, Any]:
     """Slow twin of `_shrink.halve_surfaces`."""
     height, width = (-(-side // 2) for side in disparity.shape)
     out_color, out = np.zeros((height, width, 4)), np.full((height, width), np.nan)
@@ -147,7 +148,7 @@ def test_a_copy_holds_means_of_one_surface_each(size: tuple[int, int]) -> None:
     disparity = rng.choice([0.5, 1.0, np.nan], size, p=[0.4, 0.4, 0.2]).astype(np.float32)
     disparity *= rng.uniform(0.999, 1.001, size).astype(np.float32)
     color = rng.random((*size, 4)).astype(np.float32)
-    wanted_color, wanted = halved(color, disparity, 0.05)
+    wanted_color, wanted = slow_halves(color, disparity, 0.05)
     found_color, found = (
         np.empty(wanted_color.shape, np.float32),
         np.empty(wanted.shape, np.float32),
@@ -223,3 +224,36 @@ def test_the_smallest_pictures_shrink_too(side: int) -> None:
     view = view_of(camera, np.full((side, side), 0.5, np.float32), noise(rng, side, side))
     frame = warp(view, straight_camera(1, 1, (0.01, 0, 0), focal=side / 6))
     assert np.isfinite(color_to_linear(frame.color)).all()
+
+
+# ---- half of a view ------------------------------------------------------------------------------
+
+
+def test_half_of_a_view_shows_the_same_planes() -> None:
+    """Disparity is linear across a plane's picture: the mean of four is the one in their middle."""
+    camera = Camera.look_at((0, 0, 1.5), (3.0, 0.4, 1.0), width=90, height=61, fov_deg=70)
+    disparity = plane_disparity(camera, (0.2, 0.1, 1.0), 0.0)  # the floor, sloping
+    view = view_of(camera, np.where(disparity > 0, disparity, np.nan))
+    half = halved(prepare(view))
+    assert half.disparity.shape == (30, 45)
+    exact = plane_disparity(half.camera, (0.2, 0.1, 1.0), 0.0)
+    known = np.isfinite(half.disparity) & (exact > 0.12)  # where steps are those of one surface
+    assert known.sum() > 300
+    np.testing.assert_allclose(half.disparity[known], exact[known], rtol=2e-3)
+
+
+def test_half_of_a_view_never_mixes_surfaces() -> None:
+    camera = Camera.look_at((0, 0, 0), (1, 0, 0), width=40, height=24, fov_deg=60)
+    near = (np.indices((24, 40)).sum(axis=0) % 5) < 2
+    color = np.where(near[..., None], np.uint8(250), np.uint8(10)).repeat(3, axis=2)
+    view = ReferenceView(camera, color, np.where(near, 0.9, 0.1).astype(np.float32))
+    half = halved(prepare(view))
+    assert set(np.unique(half.color)) == {10, 250}
+    np.testing.assert_array_equal(half.color[..., 0] == 250, half.disparity > 0.5)
+
+
+def test_a_view_of_few_samples_is_not_halved() -> None:
+    camera = Camera.look_at((0, 0, 0), (1, 0, 0), width=7, height=5, fov_deg=60)
+    view = ReferenceView(camera, np.zeros((5, 7, 3), np.uint8), np.ones((5, 7), np.float32))
+    with pytest.raises(ViewError, match="7 x 5 samples is too small"):
+        halved(prepare(view))

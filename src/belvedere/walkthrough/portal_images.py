@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from belvedere.ground.errors import InputError
 from belvedere.model import LitModel, photograph
-from belvedere.scene import ReferenceView
+from belvedere.scene import Camera, ReferenceView
 from belvedere.walkthrough.placement import (
     PlacementOptions,
     Side,
@@ -73,6 +73,21 @@ class PortalImages:
         eyes = np.array([r.camera.center for r in self.references])
         apart = eyes_apart(self.side.portal.center, eyes, eye)
         return [int(k) for k in np.argsort(apart, kind="stable")[:count]]
+
+    def texels_a_pixel(self, camera: Camera) -> float:
+        """Texels of a reference on the side of a camera's pixel, at the portal's middle.
+
+        Below 1 the camera spreads texels over several pixels; 0 if the middle is behind the eye.
+        """
+        inverse, side = np.linalg.inv(camera.matrix), self.side
+        arm = side.portal.center - camera.center
+        depth = float(inverse[2] @ arm)
+        if depth <= 0.0:
+            return 0.0
+        area = float(np.linalg.norm(side.right) * np.linalg.norm(side.down))
+        # what a projective map makes of a small area at arm, facing along the normal
+        pixels = abs(float(np.linalg.det(inverse)) * area * float(side.normal @ arm)) / depth**3
+        return float(np.sqrt(self.references[0].disparity.size / max(pixels, 1e-12)))
 
 
 def eyes_apart(center: F8, eyes: F8, eye: F8) -> F8:

@@ -24,7 +24,7 @@ from belvedere.warp.explain import explain
 from belvedere.warp.features import FEATURE_FILTERS, FeatureFilter
 from belvedere.warp.holes import fill_background
 from belvedere.warp.order import Sheet, occlusion_compatible_sheets, order_key
-from belvedere.warp.prepare import PreparedView, prepare
+from belvedere.warp.prepare import PreparedView, halved, prepare
 from belvedere.warp.reconstruct import (
     RECONSTRUCTIONS,
     GaussianOptions,
@@ -55,6 +55,7 @@ __all__ = [
     "epipole",
     "explain",
     "fill_background",
+    "halved",
     "homography",
     "jacobian",
     "occlusion_compatible_sheets",

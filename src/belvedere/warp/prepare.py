@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer, check_number
-from belvedere.ground.color import SRGB8_TO_LINEAR
+from belvedere.ground.color import SRGB8_TO_LINEAR, encode_srgb8
 from belvedere.ground.errors import ViewError
 from belvedere.ground.threads import row_bands, run_parallel, thread_count
 from belvedere.scene import Camera, CameraModel, ReferenceView
@@ -295,6 +295,30 @@ class PreparedView:
                 _compare.halve(finer, images[size])
             self._brightness = images
         return self._brightness
+
+
+def halved(prepared: PreparedView, threads: int | None = None) -> ReferenceView:
+    """A view with half the samples across and down, the mean of four of one surface each.
+
+    For desired views so far away that all samples would be wasted. Colours are ``float32`` linear
+    where the view's are, else ``uint8``; an odd last row or column is left out.
+
+    Raises:
+        ViewError: fewer than 8 samples across or down, or not a planar camera.
+    """
+    camera, (height, width) = prepared.camera, prepared.disparity.shape
+    if not isinstance(camera, Camera):
+        raise ViewError(f"halved takes views of a planar Camera, not of {type(camera).__name__}")
+    copies = prepared.copies(threads)
+    if len(copies) < 2:
+        raise ViewError(f"a view of {width} x {height} samples is too small to be halved")
+    color, disparity = (part[: height // 2, : width // 2] for part in copies[1])
+    color = color[..., : prepared.color.shape[2]]
+    if prepared.color.dtype == np.uint8:
+        color = encode_srgb8(color)
+    grid = np.array([[2.0, 0.0, 0.5], [0.0, 2.0, 0.5], [0.0, 0.0, 1.0]])
+    half = Camera(camera.matrix @ grid, camera.center, width // 2, height // 2)
+    return ReferenceView(half, np.ascontiguousarray(color), np.ascontiguousarray(disparity))
 
 
 def prepare(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from belvedere.ground.errors import CameraError, InputError
 from belvedere.scene import Camera, SphereCamera
-from belvedere.walkthrough import OUTSIDE, Cell, CellGraph, Visibility, view_cell
+from belvedere.walkthrough import OUTSIDE, Cell, CellGraph, Portal, Visibility, view_cell
 from tests.oracles.sight import cells_along
 from tests.walkthrough.graphs import grid_of_rooms, ring, three_rooms, upright
 
@@ -82,6 +82,24 @@ def test_an_eye_in_a_doorway_sees_both_rooms() -> None:
             assert (1 if yaw == 0.0 else 0) in found
 
 
+@settings(max_examples=60)
+@given(st.floats(-3.0, -1.0), st.floats(-2.0, -0.5), st.floats(0.9, 1.6))
+def test_an_eye_beside_a_portal_between_rooms_without_a_wall_sees_through_it(
+    before: float, beside: float, yaw: float
+) -> None:
+    """However near its plane it stands: there is air, where in a doorway there would be wall."""
+    rooms = (Cell("kitchen", ring(0, 0, 4, 4), 0, 2.6), Cell("hall", ring(4, 0, 8, 4), 0, 2.6))
+    graph = CellGraph(rooms, (upright("contact", "x", 4.0, (1.5, 3), (0, 2.6), (0, 1)),))
+    eye = np.array([4.0 - 10.0**before, 1.5 - 10.0**beside, 1.3])
+    camera = camera_at(eye, yaw, fov=90.0)
+    u, v = np.meshgrid(np.arange(40), np.arange(32))
+    passed = set()
+    for ray in camera.rays(u, v).reshape(-1, 3):
+        passed |= cells_along(graph, 0, eye, ray)
+    found = {sight.cell for sight in Visibility(graph).look(camera, 0)}
+    assert passed <= found
+
+
 def test_a_portal_leads_outside() -> None:
     graph = CellGraph(
         (Cell("room", ring(0, 0, 4, 4), 0, 2.6),),
@@ -96,8 +114,6 @@ def test_a_portal_leads_outside() -> None:
 def test_a_portal_in_a_floor_is_looked_through() -> None:
     rooms = (Cell("below", ring(0, 0, 4, 4), 0, 2.5), Cell("above", ring(0, 0, 4, 4), 2.8, 5.3))
     well = np.array([[1, 1, 2.65], [3, 1, 2.65], [3, 3, 2.65], [1, 3, 2.65]], dtype=float)
-    from belvedere.walkthrough import Portal
-
     portal = Portal("well", "opening", well, (1, 0))  # its normal is +z, into "above"
     look = Visibility(CellGraph(rooms, (portal,)))
     assert {s.cell for s in look.look(camera_at((2, 0.5, 1.6), np.pi / 2, 0.8))} == {0, 1}
@@ -111,6 +127,30 @@ def test_the_view_cell_of_a_doorway_is_that_on_the_eyes_side() -> None:
     assert view_cell(graph, (5.29, 2, 1.6)) == 1
     assert view_cell(graph, (5.27, 4.47, 1.6)) == OUTSIDE  # in the wall's corner
     assert view_cell(graph, (20, 20, 1.6)) == OUTSIDE
+
+
+def test_an_eye_before_a_portal_is_on_its_side_though_the_outline_reaches_through() -> None:
+    """In the well of a skylight the attic's prism begins, but the hall's air goes on."""
+    rooms = (Cell("hall", ring(0, 0, 4, 4), 0, 2.6), Cell("attic", ring(0, 0, 4, 4), 2.6, 5))
+    corners = np.array([[1, 1, 2.9], [2, 1, 2.9], [2, 2, 2.9], [1, 2, 2.9]])
+    skylight = Portal("skylight", "window", corners, (1, 0))  # its normal is +z, into the attic
+    graph = CellGraph(rooms, (skylight,))
+    heights = [view_cell(graph, (1.5, 1.5, z)) for z in (2.5, 2.7, 2.89, 2.91, 4.0)]
+    assert heights == [0, 0, 0, 1, 1]
+    assert view_cell(graph, (3.0, 3.0, 2.7)) == 1  # elsewhere the outline is believed
+    look = {sight.cell for sight in Visibility(graph).look(camera_at((1.5, 1.5, 2.8), 0.0, -0.7))}
+    assert 0 in look
+
+
+def test_an_eye_behind_a_closet_is_not_in_it() -> None:
+    """Though the closet's door, through the closet, is near."""
+    outline = (np.array([[0, 0], [4, 0], [4, 1], [1, 1], [1, 1.5], [4, 1.5], [4, 4], [0, 4.0]]),)
+    rooms = (Cell("room", outline, 0, 2.6), Cell("closet", ring(1.1, 1.05, 3, 1.45), 0, 2.6))
+    door = upright("door", "y", 1.0, (1.5, 2.5), (0, 2), (0, 1))
+    graph = CellGraph(rooms, (door,))
+    assert view_cell(graph, (2.0, 0.9, 1.5)) == 0
+    assert view_cell(graph, (2.0, 1.2, 1.5)) == 1
+    assert view_cell(graph, (2.0, 1.55, 1.5)) == 0
 
 
 def test_only_planar_cameras_have_a_frustum() -> None:

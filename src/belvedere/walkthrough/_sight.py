@@ -175,7 +175,7 @@ def look_through(
             if passed:
                 continue
             side = 1.0 if joins[p, 0] == here else -1.0
-            off, inside = 0.0, True
+            off = 0.0
             for c in range(3):
                 at[c] = corners[p, 0, c] - eye[c]
                 off -= at[c] * normals[p, c] * side
@@ -190,7 +190,8 @@ def look_through(
                 nearest = length if i == 0 else min(nearest, length)
             if nearest > reach * reach and off > reach:
                 continue
-            if off <= near:  # the eye stands in the doorway, or beside it in the wall's plane
+            standing = off <= near  # in the doorway, or beside it in the wall's plane
+            if standing:
                 for i in range(4):
                     j = i + 1 if i < 3 else 0
                     beside, edge = 0.0, 0.0
@@ -199,12 +200,12 @@ def look_through(
                         beside -= along * quad[i, c]
                         edge += along * along
                     if beside < -near * np.sqrt(edge):
-                        inside = False
-                if not inside:
-                    continue
+                        standing = False
+            if off <= 0.0 and not standing:
+                continue
             if total == most:
                 return most + 1
-            if off <= near:
+            if standing:
                 left = plane_count[done]
                 for k in range(left):
                     for c in range(3):

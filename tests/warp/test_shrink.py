@@ -231,13 +231,13 @@ def test_the_smallest_pictures_shrink_too(side: int) -> None:
 
 def test_half_of_a_view_shows_the_same_planes() -> None:
     """Disparity is linear across a plane's picture: the mean of four is the one in their middle."""
-    camera = Camera.look_at((0, 0, 1.5), (3.0, 0.4, 1.0), width=90, height=61, fov_deg=70)
+    camera = Camera.look_at((0, 0, 1.5), (3.0, 0.4, 1.0), width=360, height=243, fov_deg=70)
     disparity = plane_disparity(camera, (0.2, 0.1, 1.0), 0.0)  # the floor, sloping
     view = view_of(camera, np.where(disparity > 0, disparity, np.nan))
     half = halved(prepare(view))
-    assert half.disparity.shape == (30, 45)
+    assert half.disparity.shape == (121, 180)
     exact = plane_disparity(half.camera, (0.2, 0.1, 1.0), 0.0)
-    known = np.isfinite(half.disparity) & (exact > 0.12)  # where steps are those of one surface
+    known = np.isfinite(half.disparity) & (exact > 0.2)  # where steps are those of one surface
     assert known.sum() > 300
     np.testing.assert_allclose(half.disparity[known], exact[known], rtol=2e-3)
 

@@ -33,7 +33,7 @@ from belvedere.model import load_lit_model
 from belvedere.scene import Camera
 from belvedere.scene.mesh import Mesh
 from belvedere.walkthrough import OUTSIDE, CellGraph, PrepareOptions, Visibility, load_graph
-from belvedere.walkthrough.prepare import cells_of, read_source
+from belvedere.walkthrough.model_source import cells_of, read_source
 from belvedere.walkthrough.visibility import view_cell
 from tests.oracles.ids import NOWHERE, IdBuffer, Labels
 from tests.oracles.sight import cells_along

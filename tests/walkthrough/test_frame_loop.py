@@ -11,7 +11,7 @@ from belvedere.ground.errors import CameraError, InputError
 from belvedere.model import photograph
 from belvedere.scene import Camera, SphereCamera
 from belvedere.studio.metrics import psnr
-from belvedere.walkthrough import SwitchOptions, Walker, WalkOptions, contents_of
+from belvedere.walkthrough import CellGraph, SwitchOptions, Walker, WalkOptions, contents_of
 from tests.oracles.drawing import RayDrawer
 
 SIZE = {"width": 160, "height": 128}
@@ -181,3 +181,15 @@ def test_what_is_of_no_use_is_refused(walk) -> None:
         WalkOptions(mode="three")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="reconstruction"):
         WalkOptions(reconstruction="magic")
+
+
+def test_a_room_without_portals_is_walked_all_the_same(house, graph) -> None:
+    alone = CellGraph(graph.cells[:1], ())
+    drawer = RayDrawer(house, contents_of(house.mesh, alone))
+    walker = Walker(alone, drawer, {})
+    camera = looking((2.0, 1.6, 1.6), (0.5, 3.0, 1.2))
+    walker.warm()
+    frame = walker.frame(camera)
+    assert (walker.statistics.cells, walker.statistics.portals) == (1, 0)
+    exact = photograph(house, camera, 1).color
+    assert (frame.color == exact).all(axis=2).mean() > 0.9  # no portal shows what lies outside

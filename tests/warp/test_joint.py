@@ -27,7 +27,7 @@ def room(camera: Camera) -> ReferenceView:
     depth = ends.min(axis=-1)
     point = camera.center + rays * depth[..., None]
     wave = np.stack([np.sin(2.1 * point + k).sum(axis=-1) for k in range(3)], axis=-1)
-    color = np.uint8(127 + 40 * wave)
+    color = (127 + 40 * wave).astype(np.uint8)
     return ReferenceView(camera, color, (1.0 / depth).astype(np.float32))
 
 

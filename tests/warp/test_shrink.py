@@ -236,6 +236,7 @@ def test_half_of_a_view_shows_the_same_planes() -> None:
     view = view_of(camera, np.where(disparity > 0, disparity, np.nan))
     half = halved(prepare(view))
     assert half.disparity.shape == (121, 180)
+    assert isinstance(half.camera, Camera)
     exact = plane_disparity(half.camera, (0.2, 0.1, 1.0), 0.0)
     known = np.isfinite(half.disparity) & (exact > 0.2)  # where steps are those of one surface
     assert known.sum() > 300

@@ -24,9 +24,9 @@ import numpy.typing as npt
 
 from belvedere.ground.checks import check_integer
 from belvedere.ground.errors import InputError
+from belvedere.ground.progress import Progress, silent
 from belvedere.scene import Camera, CameraPath, Frame
 from belvedere.studio.metrics import psnr, ssim
-from belvedere.studio.progress import Progress, silent
 from belvedere.walkthrough import FrameStatistics, Mode, Walker, WalkOptions
 from belvedere.walkthrough.walkthrough import Walkthrough
 
@@ -203,6 +203,7 @@ def walk(
     meter = _Meter() if compare else None
     stats: list[FrameStatistics] = []
     height, width = cameras[0].size
+    progress(0, len(cameras), f"walking ({chosen.mode})")
     with _recording(video, width, height, fps, force) as record:
         for index, camera in enumerate(cameras):
             frame = ours.frame(camera)

@@ -29,6 +29,8 @@ ANGLES, RADII = 9, (0.75, 1.25, 2.0, 3.2)
 """Candidates: on arcs of these radii, metres, at so many angles each."""
 ARC_DEG = 140.0
 """From the first to the last candidate, seen from the portal's middle."""
+VISITORS = SwitchOptions(angle_deg=60.0, slant_deg=60.0)
+"""Where references are placed for visitors: beyond both limits of walks."""
 LIFT = 1e-3
 """Metres by which shadow rays start off the surface."""
 
@@ -124,7 +126,9 @@ def place_references(
 ) -> F8:
     """(N, 3) eyes of at most ``count`` references: where error says, or on the arc.
 
-    The arc is the answer where no visitor of the cell can stand so that pictures are shown.
+    The arc is the answer where no visitor of the cell can stand so that pictures are shown. Without
+    ``switch``, visitors stand a little nearer and farther aside than where geometry takes over: so
+    those in between the sampled ones are on all sides among sampled ones.
 
     Args:
         caster: of the whole model.
@@ -133,10 +137,10 @@ def place_references(
         options: height of eyes, and the arc.
         count: references at most.
         bound: share of holes at which fewer are enough.
-        switch: where geometry takes over from pictures.
+        switch: where geometry takes over from pictures; None for `VISITORS`.
         threads: how many to use; None for as many as there are processors.
     """
-    visitors = visitor_eyes(side, cell, options, switch or SwitchOptions())
+    visitors = visitor_eyes(side, cell, options, switch or VISITORS)
     if not len(visitors):
         return semicircle_eyes(side, options, count)
     candidates = candidate_eyes(side, options)

@@ -85,7 +85,8 @@ class Walker:
             [
                 [(k, cell) in images for cell in portal.cells]
                 for k, portal in enumerate(graph.portals)
-            ]
+            ],
+            dtype=bool,
         ).reshape(-1, 2)
         self._ready = ReadyReferences()
         self._kept: npt.NDArray[np.uint8] | None = None

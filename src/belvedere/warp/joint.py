@@ -38,9 +38,9 @@ def shared_layers(views: Sequence[PreparedView]) -> list[int] | None:
     Views share a layer when they have the same eye, to the bit, and none sees the middle of
     another's picture. Layers are numbered in the order of their first views.
     """
-    cameras = [one.camera for one in views]
+    cameras = [one.camera for one in views if isinstance(one.camera, Camera)]
     eyes = [camera.center.tobytes() for camera in cameras]
-    if len(set(eyes)) == len(eyes) or not all(isinstance(one, Camera) for one in cameras):
+    if len(set(eyes)) == len(eyes) or len(cameras) < len(views):
         return None
     parts: list[list[int]] = []
     for n, camera in enumerate(cameras):

@@ -140,7 +140,7 @@ def in_a_room(graph: CellGraph, rng: np.random.Generator) -> tuple[np.ndarray, i
         if rng.random() < 0.7:
             eye[2] = room.floor + rng.uniform(1.3, 1.8)
         if graph.cells_at(eye[None])[0] == cell:
-            return eye, view_cell(graph, eye)
+            return eye, cell
 
 
 def in_a_doorway(graph: CellGraph, rng: np.random.Generator) -> tuple[np.ndarray, int]:

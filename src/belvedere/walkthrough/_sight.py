@@ -119,8 +119,8 @@ def planes_of(polygon: A, count: int, turn: float, out_planes: A) -> int:
 @kernel
 def look_through(
     eye: A, view_cell: int, view_planes: A, corners: A, normals: A, joins: A, first: A, list_of: A,
-    closed: A, near: float, reach: float, out_cell: A, out_parent: A, out_portal: A, out_count: A,
-    out_polygon: A, planes: A, plane_count: A, beyond: A,
+    closed: A, near: float, wall: float, reach: float, out_cell: A, out_parent: A, out_portal: A,
+    out_count: A, out_polygon: A, planes: A, plane_count: A, beyond: A,
 ) -> int:  # fmt: skip
     """Follow sight from cell to cell; see `belvedere.walkthrough.visibility`.
 
@@ -136,6 +136,8 @@ def look_through(
         list_of: portal indices.
         closed: (P,) bool: seen, but not followed.
         near: an eye this close to a portal's plane, inside its rectangle, sees all beyond.
+        wall: an eye so close behind a portal of its own cell looks into both cells: the cell's
+            outline reaches through the portal there.
         reach: what lies farther off than this is not followed.
         out_cell: (N,) of each sight.
         out_parent: (N,) the sight it was seen from; -1 for the first.
@@ -179,7 +181,7 @@ def look_through(
             for c in range(3):
                 at[c] = corners[p, 0, c] - eye[c]
                 off -= at[c] * normals[p, c] * side
-            if off < -near:  # seen from its other side: nothing can be reached through it
+            if off < (-wall if done == 0 else -near):  # from its other side it leads nowhere
                 continue
             nearest = 0.0
             for i in range(4):

@@ -20,7 +20,6 @@ from belvedere.model.building import OpeningKind
 
 F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
-Flags = npt.NDArray[np.bool_]
 
 OUTSIDE = -1
 """The index that stands for everything outside all cells."""
@@ -174,34 +173,6 @@ class CellGraph:
             found[better] = index
             height[better] = cell.floor
         return found
-
-    @cached_property
-    def _rectangles(self) -> tuple[F8, F8, F8]:
-        """(P, 3) first corner and (P, 3) normal of each portal; (P, 2, 3) what tells a place in it.
-
-        A vector from the first corner, times the latter, runs from 0 to 1 along each side.
-        """
-        corners = np.array([p.corners for p in self.portals]).reshape(-1, 4, 3)
-        normals = np.array([p.normal for p in self.portals]).reshape(-1, 3)
-        sides = corners[:, [1, 3]] - corners[:, :1]
-        return corners[:, 0], normals, sides / (sides**2).sum(axis=2, keepdims=True)
-
-    def before_portals(self, point: npt.ArrayLike, slack: float = 0.0) -> tuple[F8, Flags]:
-        """How a point stands to every portal.
-
-        Args:
-            point: (3,) metres.
-            slack: so much of its sides' lengths a rectangle may be missed by.
-
-        Returns:
-            (P,) how far before its plane the point is, metres, negative on the side of its second
-            cell; (P,) whether its foot on the plane lies in the rectangle.
-        """
-        corner, normal, sides = self._rectangles
-        at = np.asarray(point, dtype=np.float64) - corner
-        place = (sides * at[:, None]).sum(axis=2)
-        inside = ((place >= -slack) & (place <= 1.0 + slack)).all(axis=1)
-        return (at * normal).sum(axis=1), inside
 
 
 def enclosed(rings: tuple[F8, ...], x: F8, y: F8) -> npt.NDArray[np.bool_]:

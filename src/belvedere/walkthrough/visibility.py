@@ -14,6 +14,10 @@ by what stands in the rooms::
 
 A straight line crosses a plane once, so no chain of portals passes one twice, and the search ends.
 
+Outlines may reach through a portal, as an attic's do into the well of a skylight. An eye there is
+in the attic by its outline and sees the hall below; so an eye behind a portal of its own cell, as
+near as a wall is thick, looks into both.
+
 Source: spec portal-walkthrough 3.1; the guard against cycles is derived there.
 """
 
@@ -113,8 +117,8 @@ class Visibility:
             polygons, planes = np.empty((2, n, _sight.CORNERS, 3))
             total = _sight.look_through(
                 camera.center, here, camera.edge_planes, self.corners, self.normals,
-                self.joins, self._first, self._list, stop, NEAR_M, reach, cells, parents, portals,
-                counts, polygons, planes, plane_counts, np.empty((n, 4)),
+                self.joins, self._first, self._list, stop, NEAR_M, DOORWAY_M, reach, cells, parents,
+                portals, counts, polygons, planes, plane_counts, np.empty((n, 4)),
             )  # fmt: skip
             if total <= n:
                 break
@@ -138,9 +142,6 @@ class Visibility:
 def view_cell(graph: CellGraph, eye: npt.ArrayLike) -> int:
     """The cell an eye is in; in a doorway, which is in no cell, the one on its side of the portal.
 
-    So it is where an outline reaches through a portal, as an attic's may into the well of a
-    skylight: sight goes by portals, and what lies before one can be seen from there only.
-
     Args:
         graph: cells and portals.
         eye: (3,) metres.
@@ -150,19 +151,21 @@ def view_cell(graph: CellGraph, eye: npt.ArrayLike) -> int:
     """
     point = np.asarray(eye, dtype=np.float64)
     found = int(graph.cells_at(point[None])[0])
-    off, facing = graph.before_portals(point, slack=0.05)
-    far = np.abs(off)
-    near = np.flatnonzero(facing & (far < DOORWAY_M))
-    for k in near[np.argsort(far[near], kind="stable")]:
-        portal = graph.portals[k]
-        side = portal.cells[0 if off[k] >= 0.0 else 1]
-        if found == OUTSIDE:
-            return side
-        if found in portal.cells and side != found:
-            way = point - np.outer((0.5, 1.0), off[k] * portal.normal)
-            if graph.cells[found].contains(way).all():  # and not behind the cell beyond
-                return side
-    return found
+    if found != OUTSIDE:
+        return found
+    best, nearest = OUTSIDE, DOORWAY_M
+    for portal in graph.portals:
+        c, normal = portal.corners, portal.normal
+        off = float((point - portal.center) @ normal)
+        if abs(off) >= nearest:
+            continue
+        flat = point - off * normal
+        along, up = c[1] - c[0], c[3] - c[0]
+        s = (flat - c[0]) @ along / (along @ along)
+        t = (flat - c[0]) @ up / (up @ up)
+        if -0.05 <= s <= 1.05 and -0.05 <= t <= 1.05:
+            best, nearest = portal.cells[0 if off >= 0.0 else 1], abs(off)
+    return best
 
 
 DOORWAY_M = 0.6

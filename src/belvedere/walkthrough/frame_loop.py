@@ -230,16 +230,18 @@ class Walker:
         if crop is None:
             return
         key = (sight.portal, self._front(sight.portal, window.camera))
-        chosen = self.images[key].nearest(window.camera.center, self._count)
+        share = float(self._switches.share[sight.portal])
+        # what fades lies over polygons already: a second reference would only fill holes
+        count = self._count if share == 0.0 else 1
+        chosen = self.images[key].nearest(window.camera.center, count)
         fine = self.images[key].texels_a_pixel(window.camera)
         views = [self._portal_view(key, index, _halvings(fine)) for index in chosen]
         seen = self._warped(views, crop.camera)
         stats.portals += 1
         stats.references += len(chosen)
         stats.warp_ms += clock.lap()
-        weight = 1.0 - float(self._switches.share[sight.portal])
         over = self._cell in self.cell_images
-        window.show(self.graph.portals[sight.portal], sight.planes, seen, crop, weight, over)
+        window.show(self.graph.portals[sight.portal], sight.planes, seen, crop, 1.0 - share, over)
         stats.compose_ms += clock.lap()
 
     def _fill_holes(self, window: Window, stats: FrameStatistics) -> None:

@@ -50,7 +50,7 @@ class Compared:
     times: tuple[float, ...]
     """Milliseconds of each frame of ``culling``."""
     psnr: float
-    """Mean over frames, dB, on covered pixels."""
+    """Mean over the frames that differ from `culling`'s at all, dB, on covered pixels."""
     ssim: float
     """Mean over every `SSIM_EVERY`-th frame, on covered pixels."""
     popping: float
@@ -302,10 +302,10 @@ class _Meter:
         self._popping.add(frame, exact)
 
     def result(self, holes: list[float]) -> Compared:
-        finite = [min(value, 100.0) for value in self._psnr if not math.isnan(value)]
+        shown = [value for value in self._psnr if math.isfinite(value)]
         worst = int(np.argmax(holes)) if max(holes) > 0.0 else int(np.argmin(self._psnr))
         return Compared(
-            tuple(self._times), float(np.mean(finite)), float(np.mean(self._ssim)),
+            tuple(self._times), float(np.mean(shown)) if shown else math.inf, float(np.mean(self._ssim)),
             self._popping.largest,
             worst,
         )  # fmt: skip

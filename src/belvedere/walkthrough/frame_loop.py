@@ -41,6 +41,8 @@ F8 = npt.NDArray[np.float64]
 
 TEXELS_A_PIXEL = 1.7
 """Texels on a pixel's side above which half of them are enough: 0.85 are left then."""
+WARMED_HALVINGS = 2
+"""How often references are halved in advance."""
 LEAST_TEXELS = 32
 """A reference smaller than this, across or down, is not halved."""
 
@@ -104,9 +106,12 @@ class Walker:
             return
         for key in self.images:
             for index in range(len(self.images[key].references)):
-                if self._ready.full:
-                    return
-                self._portal_view(key, index)
+                for halvings in range(WARMED_HALVINGS + 1):
+                    if self._ready.full:
+                        return
+                    view = self._portal_view(key, index, halvings)
+                    if self.options.reconstruction == "inverse":
+                        view.find_surface(True, self.threads)
                 self._ready.end_frame()
 
     def frame(self, camera: Camera) -> Frame:

@@ -27,9 +27,9 @@ __all__ = ["SwitchOptions", "Switches"]
 class SwitchOptions:
     """Where geometry takes over."""
 
-    angle_deg: float = 35.0
+    angle_deg: float = 30.0
     """A portal that is wider than this, seen from the eye, shows geometry: there a door's 256 x 256
-    texels are spread over some 384 x 384 pixels of a window of 640 x 512."""
+    texels are spread over some 330 x 330 pixels of a window of 640 x 512."""
     widths: float = 0.75
     """So does one nearer than this many of its widths."""
     slant_deg: float = 50.0

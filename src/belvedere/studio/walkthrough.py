@@ -305,9 +305,8 @@ class _Meter:
         shown = [value for value in self._psnr if math.isfinite(value)]
         worst = int(np.argmax(holes)) if max(holes) > 0.0 else int(np.argmin(self._psnr))
         return Compared(
-            tuple(self._times), float(np.mean(shown)) if shown else math.inf, float(np.mean(self._ssim)),
-            self._popping.largest,
-            worst,
+            tuple(self._times), float(np.mean(shown)) if shown else math.inf,
+            float(np.mean(self._ssim)), self._popping.largest, worst,
         )  # fmt: skip
 
 

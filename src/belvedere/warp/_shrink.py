@@ -206,8 +206,8 @@ def half_box(wide: Real, size: Real) -> Real:
 
 @kernel
 def find_levels(
-    back: F4, index: I4 | None, delta: F4, width: int, row_low: int, column_low: int,
-    column_end: int, count: int, out_level: U1, out_part: F4,
+    back: F4, index: I4 | None, delta: F4, sees: U1 | None, width: int, row_low: int,
+    column_low: int, column_end: int, count: int, out_level: U1, out_part: F4,
 ) -> None:  # fmt: skip
     """Which copy of a reference is to tell what each pixel shows, and what its centre does.
 
@@ -215,6 +215,7 @@ def find_levels(
         back: (12,) matrix from the desired view to the reference.
         index: (n,) pixels, ``y * width + x``; None for all in order.
         delta: (n,) disparities there, -1 = none.
+        sees: (n,) 1 where the reference sees that surface, else nothing is asked; None: everywhere.
         width: of the desired view.
         row_low: desired row of pixel 0.
         column_low: first desired column that the reference can reach.
@@ -225,7 +226,7 @@ def find_levels(
     """
     for k in range(delta.size):
         out_level[k], out_part[k] = NONE, ONE
-        if delta[k] < ZERO:
+        if delta[k] < ZERO or (sees is not None and not sees[k]):
             continue
         at = k if index is None else int(index[k])
         x = at % width
@@ -241,8 +242,8 @@ def find_levels(
 @kernel
 def look_up_copy(
     back: F4, color: F4, disparity: F4, level: int, finest: F4, links: U1, index: I4 | None,
-    delta: F4, sees: U1 | None, levels: U1, part: F4, width: int, row_low: int, nearness: Real,
-    gain: Real, tap_tolerance: Real, out_color: F4, out_weight: F4,
+    delta: F4, levels: U1, part: F4, width: int, row_low: int, nearness: Real, gain: Real,
+    tap_tolerance: Real, out_color: F4, out_weight: F4,
 ) -> None:  # fmt: skip
     """Add the mean colours of the pixels that ask a copy of a reference, times their weights.
 
@@ -255,7 +256,6 @@ def look_up_copy(
         links: (H, W) bits of `_edges`.
         index: (n,) pixels, ``y * width + x``; None for all in order.
         delta: (n,) disparities there.
-        sees: (n,) 1 where the reference sees that surface; None for everywhere.
         levels: (n,) of `find_levels`.
         part: (n,) of `find_levels`.
         width: of the desired view.
@@ -272,7 +272,7 @@ def look_up_copy(
     last_u, last_v = np.float32(stride) - HALF, np.float32(height) - HALF
     flat_links, flat = links.reshape(-1), finest.reshape(-1)
     for k in range(delta.size):
-        if levels[k] != level or (sees is not None and not sees[k]):
+        if levels[k] != level:
             continue
         at = k if index is None else int(index[k])
         x4, y4 = np.float32(at % width), np.float32(at // width + row_low)

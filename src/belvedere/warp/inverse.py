@@ -186,21 +186,22 @@ def _color(
         number, share = layers.of[n], (weights[n], passage.gain)
         layer = layers.centers[number, core], layers.edges[number, core]
         tolerance = passage.options.surface_tolerance
-        asked = _ask_copies(passage, None, front, width, rows[0])
+        sees = None
+        if passage.copies:
+            sees = (np.maximum(*layer) >= front * np.float32(1.0 - tolerance)).view(np.uint8)
+        asked = _ask_copies(passage, None, front, sees, width, rows[0])
         _lookup.look_up(
             *(back, clean, own, passage.links, *layer, front, rows[0], *share, asked.part),
             *(tolerance, EDGE_TOLERANCE, n == 0, *passage.columns, total, total_weight),
         )
-        if passage.copies:
-            sees = np.maximum(*layer) >= front * np.float32(1.0 - tolerance)
-            asked.look_up(*share, sees.view(np.uint8), total, total_weight)
+        asked.look_up(*share, total, total_weight)
         index, behind = shown.index[:partial], shown.behind[:partial]
-        asked = _ask_copies(passage, index, behind, width, low)
+        asked = _ask_copies(passage, index, behind, None, width, low)
         _lookup.look_up_behind(
             *(back, clean, own, index, behind, partial, width, low, *share, asked.part),
             *(EDGE_TOLERANCE, below, below_weight),
         )
-        asked.look_up(*share, None, below, below_weight)
+        asked.look_up(*share, below, below_weight)
     _lookup.finish_rows(
         *(total, total_weight, front, shown.alpha, shown.index, shown.behind, partial),
         *(core.start, below, below_weight, LINEAR_TO_SRGB8, color, disparity, coverage),
@@ -220,32 +221,30 @@ class _Asked:
     part: F4 | None
     """None where the desired view does not shrink the reference: no copy is asked."""
 
-    def look_up(
-        self,
-        weight: float,
-        gain: float,
-        sees: npt.NDArray[np.uint8] | None,
-        color: F4,
-        total_weight: F4,
-    ) -> None:
-        """Add what the copies tell of them; ``sees`` as in `_shrink.look_up_copy`."""
+    def look_up(self, weight: float, gain: float, color: F4, total_weight: F4) -> None:
+        """Add what the copies tell of them."""
         from belvedere.warp import _shrink
 
         if self.part is None:
             return
-        own, flat = self.passage, sees if sees is None else sees.reshape(-1)
+        own = self.passage
         for level, copy in enumerate(own.copies):
             _shrink.look_up_copy(
-                *(own.back, *copy, level, own.disparity, own.links, self.index, self.delta, flat),
+                *(own.back, *copy, level, own.disparity, own.links, self.index, self.delta),
                 *(self.levels, self.part.reshape(-1), self.width, self.low, weight, gain),
                 *(EDGE_TOLERANCE, color.reshape(-1, 4), total_weight.reshape(-1)),
             )
 
 
 def _ask_copies(
-    passage: Passage, index: npt.NDArray[np.int32] | None, delta: F4, width: int, low: int
+    passage: Passage,
+    index: npt.NDArray[np.int32] | None,
+    delta: F4,
+    sees: npt.NDArray[np.uint8] | None,
+    width: int,
+    low: int,
 ) -> _Asked:
-    """Which copies to ask; index (n,) and delta, of n pixels, as in `_shrink.find_levels`."""
+    """Which copies to ask; index, delta and sees, of n pixels, as in `_shrink.find_levels`."""
     from belvedere.warp import _shrink
 
     levels, part, flat = np.empty(0, np.uint8), None, delta.reshape(-1)
@@ -254,7 +253,7 @@ def _ask_copies(
         levels = scratch(f"inverse {purpose} levels", flat.shape, np.uint8)
         part = scratch(f"inverse {purpose} part", delta.shape, np.float32)
         _shrink.find_levels(
-            *(passage.back, index, flat, width, low, *passage.columns, len(passage.copies)),
-            *(levels, part.reshape(-1)),
+            *(passage.back, index, flat, None if sees is None else sees.reshape(-1), width, low),
+            *(*passage.columns, len(passage.copies), levels, part.reshape(-1)),
         )
     return _Asked(passage, index, flat, width, low, levels, part)

@@ -10,10 +10,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from belvedere.scene import Camera
 from belvedere.warp.prepare import PreparedView
 from belvedere.warp.reconstruct import Passage
+
+F8 = npt.NDArray[np.float64]
 
 __all__ = ["join_parts", "shared_layers"]
 
@@ -43,9 +46,9 @@ def shared_layers(views: Sequence[PreparedView]) -> list[int] | None:
     if len(set(eyes)) == len(eyes) or len(cameras) < len(views):
         return None
     parts: list[list[int]] = []
-    for n, camera in enumerate(cameras):
+    for n, view in enumerate(views):
         for part in parts:
-            if eyes[part[0]] == eyes[n] and not any(_overlap(camera, cameras[k]) for k in part):
+            if eyes[part[0]] == eyes[n] and not any(_overlap(view, views[k]) for k in part):
                 part.append(n)
                 break
         else:
@@ -59,11 +62,10 @@ def shared_layers(views: Sequence[PreparedView]) -> list[int] | None:
     return numbers
 
 
-def _overlap(one: Camera, other: Camera) -> bool:
-    return _sees_middle(one, other) or _sees_middle(other, one)
+def _overlap(one: PreparedView, other: PreparedView) -> bool:
+    return _sees(one, other.middle) or _sees(other, one.middle)
 
 
-def _sees_middle(one: Camera, other: Camera) -> bool:
-    """Whether the middle of the other's picture is in one's, from the same eye."""
-    middle = np.array([(other.width - 1) / 2.0, (other.height - 1) / 2.0, 1.0])
-    return bool((one.edge_planes @ (other.matrix @ middle) > 0.0).all())
+def _sees(one: PreparedView, direction: F8) -> bool:
+    """Whether a direction from one's eye is in its picture."""
+    return bool((one.edge_planes @ direction > 0.0).all())

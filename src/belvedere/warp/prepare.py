@@ -108,6 +108,19 @@ class PreparedView:
         """Whether every sample has features."""
         return self.features is not None and not bool(np.isnan(self.features[..., 0]).any())
 
+    @cached_property
+    def edge_planes(self) -> npt.NDArray[np.float64]:
+        """(4, 3) the sides of a planar camera's pyramid; see `Camera.edge_planes`."""
+        assert isinstance(self.camera, Camera)
+        return self.camera.edge_planes
+
+    @cached_property
+    def middle(self) -> npt.NDArray[np.float64]:
+        """(3,) the direction of the middle of a planar camera's picture."""
+        assert isinstance(self.camera, Camera)
+        width, height = self.camera.width, self.camera.height
+        return self.camera.matrix @ np.array([(width - 1) / 2.0, (height - 1) / 2.0, 1.0])
+
     def surface(self, threads: int | None = None) -> npt.NDArray[np.float32]:
         """(H, W) disparity with small gaps inside a surface bridged (see `prepare`)."""
         if self._surface is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,20 @@ import pytest
 
 pytest.importorskip("distributed", reason="needs dask (pip install 'belvedere[cluster]')")
 
-from belvedere.ground.errors import FileFormatError, MissingFileError, OutputError, SceneError
+from belvedere.ground.errors import (
+    BelvedereError,
+    FileFormatError,
+    MissingFileError,
+    OutputError,
+    SceneError,
+)
 from belvedere.model import Building, Room, write_glb
 from belvedere.scene import Scene
 from belvedere.scene.io import read_views
 from belvedere.studio.scenes import open_scene
 from belvedere.studio.walkthrough import cameras_of, frames_along, walk
 from belvedere.walkthrough import (
+    CellImageOptions,
     FreeSpace,
     PlacementOptions,
     PrepareOptions,
@@ -93,6 +101,36 @@ def test_a_preparation_that_was_interrupted_ends_with_the_same_bytes(flat, tmp_p
     assert not target.exists()
     prepare("built-in:flat", target, options=QUICK, workers=1)
     assert digest_of(target) == digest_of(flat)
+
+
+def test_heavy_cells_are_photographed_from_inside(tmp_path: Path) -> None:
+    """Interrupted between two places, it ends with the bytes of an uninterrupted preparation."""
+    inside = CellImageOptions(polygons=0, texels=32, spacing=3.0)
+    options = replace(QUICK, inside=inside)
+    stopped = []
+
+    def stop(done: int, total: int, what: str) -> None:
+        if what == "taking pictures inside cells" and done == 1 and not stopped:
+            stopped.append(total)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        prepare("built-in:flat", tmp_path / "a", options=options, workers=1, progress=stop)
+    made = prepare("built-in:flat", tmp_path / "a", options=options, workers=1)
+    prepare("built-in:flat", tmp_path / "b", options=options, workers=2)
+    assert digest_of(tmp_path / "a") == digest_of(tmp_path / "b")
+    assert made.inside == 6 * stopped[0] > 0
+    guess = estimate("built-in:flat", options)
+    assert guess.inside % 6 == 0
+    assert made.inside / 3 <= guess.inside <= 6 * made.inside
+    scene = Walkthrough.open(tmp_path / "a")
+    assert sorted(scene.cell_images) == [0, 1]
+    walker = scene.walker()
+    assert walker.frame(scene.home.resized(96, 72)).hole_fraction == 0.0
+    assert walker.statistics.pictured_cells >= 1
+    shutil.rmtree(tmp_path / "a" / "references" / "c000-e00" / "images")
+    with pytest.raises(BelvedereError, match="c000-e00"):
+        Walkthrough.open(tmp_path / "a").cell_images[0].views[0]
 
 
 def test_what_is_there_is_not_overwritten(flat: Path) -> None:

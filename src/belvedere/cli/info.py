@@ -105,7 +105,9 @@ def _say_walkthrough(scene: Path, as_json: bool) -> None:
     affords = opened.affords
     doors = f"{counted(counts['portals'], 'portal')}, {counts['doors']} of them to walk through"
     say(f"{scene}: a walkthrough of {counted(counts['cells'], 'cell')} and {doors}")
-    say(f"  model      {faces:,} polygons, {counted(counts['references'], 'reference')}; "
+    inside = counts.get("inside", 0)
+    say(f"  model      {faces:,} polygons, {counted(counts['references'], 'reference')}"
+        + (f", {counted(inside, 'picture')} inside cells" if inside else "") + "; "
         f"{disk / 1e6:.1f} MB on disk")  # fmt: skip
     say(f"  cells      {', '.join(cell.name for cell in opened.graph.cells)}")
     size = " x ".join(f"{x:.1f}" for x in high - low)

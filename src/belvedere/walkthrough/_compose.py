@@ -11,6 +11,9 @@ from belvedere.ground.jit import inner, kernel
 
 A = npt.NDArray[Any]
 
+NEARER = 0.97
+"""Surfaces whose disparities differ by less than this ratio may be one."""
+
 
 @inner
 def row_within(matrix: A, planes: A, y: int, low: int, high: int, out_ends: A) -> None:
@@ -36,7 +39,7 @@ def row_within(matrix: A, planes: A, y: int, low: int, high: int, out_ends: A) -
 @kernel
 def show_through(
     matrix: A, planes: A, normal: A, share: float, u0: int, v0: int, first: int, end: int, color: A,
-    disparity: A, coverage: A, weight: float, decode: A, encode: A, over: bool, persist: bool,
+    disparity: A, coverage: A, weight: float, decode: A, encode: A, merge: bool, persist: bool,
     out_kept: A, out_color: A, out_disparity: A, out_coverage: A,
 ) -> None:  # fmt: skip
     """Show rows of a warped crop through a portal, where nothing stands before the portal's plane.
@@ -56,7 +59,7 @@ def show_through(
         weight: of the crop against what is there already; below 1 while a portal fades.
         decode: (256,) linear light of each byte.
         encode: (N,) the byte of linear light ``x`` at ``sqrt(x) * (N - 1)``.
-        over: leave what is there in a hole.
+        merge: leave what is there in a hole, and where it is clearly nearer.
         persist: show in a hole what was seen there last; without, the window's color stays.
         out_kept: (H, W, 3) uint8, what was seen last through portals; renewed where ``persist``.
         out_color: (H, W, 3) uint8 of the window, with the geometry drawn.
@@ -77,8 +80,11 @@ def show_through(
                 continue
             u = x - u0
             seen = coverage[v, u] > 0.0
-            if over and not seen:
-                continue
+            if merge:
+                if not seen:
+                    continue
+                if out_coverage[y, x] > 0.0 and out_disparity[y, x] * NEARER > disparity[v, u]:
+                    continue
             if weight < 1.0:
                 if seen:
                     for c in range(3):

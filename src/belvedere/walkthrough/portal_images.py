@@ -77,17 +77,20 @@ class PortalImages:
     def texels_a_pixel(self, camera: Camera) -> float:
         """Texels of a reference on the side of a camera's pixel, at the portal's middle.
 
-        Below 1 the camera spreads texels over several pixels; 0 if the middle is behind the eye.
+        Across or down, whichever are fewer. Below 1 the camera spreads texels over several pixels;
+        0 if the middle is behind the eye.
         """
-        inverse, side = np.linalg.inv(camera.matrix), self.side
-        arm = side.portal.center - camera.center
-        depth = float(inverse[2] @ arm)
+        inverse = np.linalg.inv(camera.matrix)
+        x, y, depth = inverse @ (self.side.portal.center - camera.center)
         if depth <= 0.0:
             return 0.0
-        area = float(np.linalg.norm(side.right) * np.linalg.norm(side.down))
-        # what a projective map makes of a small area at arm, facing along the normal
-        pixels = abs(float(np.linalg.det(inverse)) * area * float(side.normal @ arm)) / depth**3
-        return float(np.sqrt(self.references[0].disparity.size / max(pixels, 1e-12)))
+        rows, columns = self.references[0].disparity.shape
+        finest = np.inf
+        for edge, texels in ((self.side.right, columns), (self.side.down, rows)):
+            du, dv, dw = inverse @ edge
+            pixels = np.hypot(du - dw * x / depth, dv - dw * y / depth) / depth
+            finest = min(finest, texels / max(float(pixels), 1e-12))
+        return float(finest)
 
 
 def eyes_apart(center: F8, eyes: F8, eye: F8) -> F8:

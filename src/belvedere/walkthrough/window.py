@@ -76,7 +76,7 @@ class Window:
         seen: Frame,
         crop: Crop | None = None,
         weight: float = 1.0,
-        over: bool = False,
+        merge: bool = False,
     ) -> None:
         """Show what is seen through a portal, where nothing stands before its plane.
 
@@ -86,7 +86,8 @@ class Window:
             seen: what to show.
             crop: where; None for the whole window.
             weight: of what is shown against what is there; below 1 while it fades in or out.
-            over: leave what is there where ``seen`` has a hole.
+            merge: what is there comes from pictures that look through the portal too: leave it
+                where ``seen`` has a hole, and where it is clearly nearer.
         """
         from belvedere.walkthrough import _compose
 
@@ -102,7 +103,7 @@ class Window:
             _compose.show_through(
                 self.camera.matrix, planes, portal.normal, 1.0 / height, u0, v0, *band,
                 seen.color, seen.disparity, seen.coverage, weight, SRGB8_TO_LINEAR,
-                LINEAR_TO_SRGB8, over, self.kept is not None, kept, frame.color, frame.disparity,
+                LINEAR_TO_SRGB8, merge, self.kept is not None, kept, frame.color, frame.disparity,
                 frame.coverage,
             )  # fmt: skip
 

@@ -310,7 +310,7 @@ class PreparedView:
         return self._brightness
 
 
-def halved(prepared: PreparedView, threads: int | None = None) -> ReferenceView:
+def halved(view: ReferenceView | PreparedView, threads: int | None = None) -> ReferenceView:
     """A view with half the samples across and down, the mean of four of one surface each.
 
     For desired views so far away that all samples would be wasted. Colours are ``float32`` linear
@@ -319,6 +319,7 @@ def halved(prepared: PreparedView, threads: int | None = None) -> ReferenceView:
     Raises:
         ViewError: fewer than 8 samples across or down, or not a planar camera.
     """
+    prepared = prepare(view)
     camera, (height, width) = prepared.camera, prepared.disparity.shape
     if not isinstance(camera, Camera):
         raise ViewError(f"halved takes views of a planar Camera, not of {type(camera).__name__}")

@@ -26,6 +26,7 @@ from belvedere.scene.io import read_views
 from belvedere.studio.scenes import open_scene
 from belvedere.studio.walkthrough import cameras_of, frames_along, walk
 from belvedere.walkthrough import (
+    CellGraph,
     CellImageOptions,
     FreeSpace,
     PlacementOptions,
@@ -33,7 +34,9 @@ from belvedere.walkthrough import (
     WalkOptions,
     Walkthrough,
     estimate,
+    load_graph,
     prepare,
+    save_graph,
 )
 from tests.walkthrough import plans
 
@@ -131,6 +134,24 @@ def test_heavy_cells_are_photographed_from_inside(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "a" / "references" / "c000-e00" / "images")
     with pytest.raises(BelvedereError, match="c000-e00"):
         Walkthrough.open(tmp_path / "a").cell_images[0].views[0]
+    shutil.rmtree(tmp_path / "a" / "references" / "c000-e00")
+    with pytest.raises(MissingFileError, match="c000-e00 is missing"):
+        Walkthrough.open(tmp_path / "a")
+    (tmp_path / "b" / "places.json").unlink()
+    with pytest.raises(MissingFileError, match=r"places\.json"):
+        Walkthrough.open(tmp_path / "b")
+
+
+def test_pictures_that_are_gone_and_cells_that_changed_are_noticed(flat: Path, tmp_path) -> None:
+    gone = Path(shutil.copytree(flat, tmp_path / "gone"))
+    shutil.rmtree(next((gone / "references").iterdir()))
+    with pytest.raises(MissingFileError, match=r"references/p\d+-c\d+ is missing"):
+        Walkthrough.open(gone)
+    changed = Path(shutil.copytree(flat, tmp_path / "changed"))
+    graph = load_graph(changed / "cells.json")
+    save_graph(CellGraph(graph.cells, graph.portals[::-1]), changed / "cells.json")
+    with pytest.raises(SceneError, match="--cells-file"):
+        Walkthrough.open(changed)
 
 
 def test_what_is_there_is_not_overwritten(flat: Path) -> None:

@@ -48,8 +48,8 @@ class CellImageOptions:
     """Which cells are shown by pictures of their own, and how fine these are."""
 
     polygons: int = 2_000_000
-    """Cells with at least so many polygons are; 0 for all cells. Below some millions drawing them
-    is quicker than warping pictures of them."""
+    """Cells with at least so many polygons are; 0 for all cells. Below that drawing them is
+    quicker than warping pictures of them."""
     spacing: float = 1.5
     """Every place where a visitor can stand sees one that is at most this many metres away."""
     texels: int = 512

@@ -63,7 +63,10 @@ class PrepareJob:
         with writing(target):
             if folder.exists():
                 _take_up(folder, plain, target, force)
-            folder.mkdir(parents=True, exist_ok=True)
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except FileNotFoundError:  # as in /proc, where nothing can be made
+                raise OutputError(f"{folder.parent}: no folder can be made there") from None
             with _locked(folder / LOCK, target):
                 write_json(folder / RECORD, plain)
                 try:

@@ -181,6 +181,7 @@ def _manifest(job: PrepareJob, graph: CellGraph, references: int, inside: int) -
             "references": references,
             "inside": inside,
         },
+        "cells_digest": digest_of(str(job.folder / "cells.json")),
         "findings": [*notes, *told],
         "provenance": {
             "model": job.description["model"],

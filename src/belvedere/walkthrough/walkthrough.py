@@ -34,14 +34,22 @@ from belvedere.scene import (
     ViewingRegion,
 )
 from belvedere.scene.io.json_files import read_json
+from belvedere.scene.io.paths import existing
 from belvedere.walkthrough.cell_images import CellImages
 from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.contents import contents_of
 from belvedere.walkthrough.frame_loop import Walker
 from belvedere.walkthrough.free_space import FreeSpace
 from belvedere.walkthrough.geometry import CellRasterizer
+from belvedere.walkthrough.model_source import digest_of
+from belvedere.walkthrough.placement import sides_of
 from belvedere.walkthrough.portal_images import PortalImages
-from belvedere.walkthrough.stored_images import StoredCellImages, StoredImages
+from belvedere.walkthrough.stored_images import (
+    StoredCellImages,
+    StoredImages,
+    place_folder,
+    side_folder,
+)
 from belvedere.walkthrough.walk_options import WalkOptions
 
 KIND, VERSION = "walkthrough", 1
@@ -107,6 +115,7 @@ class Walkthrough:
                 f"{VERSION}: update belvedere"
             )
         graph = load_graph(folder / "cells.json")
+        _check_whole(folder, graph, facts)
         way = CameraPath.load(folder / "path.json") if (folder / "path.json").is_file() else None
         model = load_lit_model(folder / "model.lit")
         if way is None:
@@ -171,6 +180,29 @@ class Walkthrough:
         """
         self._own.cut()
         return self._own.frame(camera)  # type: ignore[arg-type]
+
+
+def _check_whole(folder: Path, graph: CellGraph, facts: Mapping[str, Any]) -> None:
+    """Whether all pictures are there, and the cells are those they were taken of."""
+    known = facts.get("cells_digest")  # earlier scenes say nothing
+    if known is not None and known != digest_of(str(folder / "cells.json")):
+        raise SceneError(
+            f"{folder / 'cells.json'} was changed since the pictures were taken, which are known "
+            "by its numbers: prepare the model again with --cells-file and the changed file"
+        )
+    wanted = [
+        side_folder(k, side.cell)
+        for k, portal in enumerate(graph.portals)
+        for side in sides_of(portal, graph.cells)
+    ]
+    if facts.get("counts", {}).get("inside"):
+        eyes = read_json(existing(folder, "places.json")).data.get("eyes", {})
+        wanted += [
+            place_folder(int(c), k) for c, places in eyes.items() for k in range(len(places))
+        ]
+    for name in wanted:
+        if not (folder / name).is_dir():
+            raise MissingFileError(f"{folder}: {name} is missing: prepare the model again")
 
 
 def _first_look(graph: CellGraph) -> Camera:

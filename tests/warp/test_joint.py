@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +13,7 @@ from belvedere.scene import Camera, ReferenceView
 from belvedere.studio.metrics import psnr
 from belvedere.warp import prepare, warp
 from belvedere.warp.joint import shared_layers
+from belvedere.warp.reconcile import UNCHANGED
 
 EYE = np.array([0.0, 0.0, 1.5])
 
@@ -106,3 +111,18 @@ def test_frames_of_parts_do_not_depend_on_threads() -> None:
     frames = [warp(views, desired, threads=n) for n in (1, 2, 3)]
     for other in frames[1:]:
         np.testing.assert_array_equal(frames[0].color, other.color)
+
+
+def test_features_of_reconciled_parts_though_some_miss_the_picture(monkeypatch) -> None:
+    """Each reference is asked by its own geometry, not by that of the next one drawn."""
+    warping = importlib.import_module("belvedere.warp.warp")
+    same: Any = lambda views, *_: [replace(UNCHANGED) for _ in views]  # noqa: E731
+    monkeypatch.setattr(warping, "corrections", same)  # moved by nothing, but moved
+    desired = looking((1, 0.2, 0), EYE + np.array([0.1, 0.05, 0.0]), fov=40)
+    views = [room(looking(way)) for way in ((0, -1, 0), (1, 0, 0), (-1, 0, 0))]
+    featured = [replace(one, features=one.color.astype(np.float32)) for one in views]
+    frame = warp(featured, desired)
+    assert frame.features is not None
+    known = (frame.coverage > 0) & np.isfinite(frame.features[..., 0])
+    assert known.mean() > 0.9
+    assert np.abs(frame.features[known] - frame.color[known]).mean() < 3.0

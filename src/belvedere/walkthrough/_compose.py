@@ -109,7 +109,7 @@ def list_holes(coverage: A, out_index: A) -> int:
 
     Args:
         coverage: (N,).
-        out_index: (N + 1,) int32.
+        out_index: (N,) int32.
     """
     count = 0
     for i in range(coverage.shape[0]):

@@ -18,11 +18,8 @@ from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.model_source import cells_of, is_built_in, read_source
 from belvedere.walkthrough.placement import semicircle_eyes, sides_of
 from belvedere.walkthrough.prepare_options import PrepareOptions
-from belvedere.walkthrough.stored_images import place_folder, side_folder
+from belvedere.walkthrough.stored_images import PLACES, place_folder, side_folder
 from belvedere.walkthrough.walkthrough import FREE
-
-PLACES = "places.json"
-"""Where pictures inside cells are taken."""
 
 __all__ = [
     "graph_in",

@@ -15,6 +15,8 @@ from belvedere.walkthrough.cells import CellGraph
 from belvedere.walkthrough.placement import Side
 from belvedere.walkthrough.portal_images import PortalImages
 
+PLACES = "places.json"
+"""Where pictures inside cells were taken."""
 KEPT_BYTES = 1 << 30
 """Bytes of references that are kept in memory by default."""
 

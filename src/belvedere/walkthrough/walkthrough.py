@@ -45,6 +45,7 @@ from belvedere.walkthrough.model_source import digest_of
 from belvedere.walkthrough.placement import sides_of
 from belvedere.walkthrough.portal_images import PortalImages
 from belvedere.walkthrough.stored_images import (
+    PLACES,
     StoredCellImages,
     StoredImages,
     place_folder,
@@ -196,7 +197,7 @@ def _check_whole(folder: Path, graph: CellGraph, facts: Mapping[str, Any]) -> No
         for side in sides_of(portal, graph.cells)
     ]
     if facts.get("counts", {}).get("inside"):
-        eyes = read_json(existing(folder, "places.json")).data.get("eyes", {})
+        eyes = read_json(existing(folder, PLACES)).data.get("eyes", {})
         wanted += [
             place_folder(int(c), k) for c, places in eyes.items() for k in range(len(places))
         ]

@@ -48,9 +48,7 @@ def cropped(camera: Camera, polygon: F8) -> Crop | None:
     v0, v1 = max(int(np.ceil(v.min())), 0), min(int(np.floor(v.max())), camera.height - 1)
     if u1 < u0 or v1 < v0:
         return None
-    matrix = camera.matrix.copy()
-    matrix[:, 2] += u0 * matrix[:, 0] + v0 * matrix[:, 1]
-    return Crop(Camera(matrix, camera.center, u1 - u0 + 1, v1 - v0 + 1), u0, v0)
+    return Crop(camera.cropped(u0, v0, u1 - u0 + 1, v1 - v0 + 1), u0, v0)
 
 
 @dataclass(slots=True, eq=False)
@@ -114,7 +112,7 @@ class Window:
         from belvedere.walkthrough import _compose
 
         coverage = self.frame.coverage
-        index = scratch("window holes", (coverage.size + 1,), np.int32)
+        index = scratch("window holes", (coverage.size,), np.int32)
         count = _compose.list_holes(coverage.reshape(-1), index)
         v, u = np.divmod(index[:count].astype(np.intp), coverage.shape[1])
         return u, v

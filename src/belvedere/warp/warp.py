@@ -175,7 +175,7 @@ def warp_prepared(
     if shown is not None:
         weights = weights * np.array(shown, np.float32)
         weights /= weights.sum()
-    passages, kept = join_parts(passages)
+    parts, kept = join_parts(passages)
 
     size = desired.size
     pixels = size[0] * size[1]
@@ -189,7 +189,7 @@ def warp_prepared(
 
     def work(rows: tuple[int, int]) -> None:
         band = slice(*rows)
-        _paint_band(passages, weights[kept], rows, color[band], disparity[band], coverage[band])
+        _paint_band(parts, weights[kept], rows, color[band], disparity[band], coverage[band])
 
     if RECONSTRUCTORS[chosen.reconstruction].scatters:
         layers = len(prepared) * (2 if chosen.reconstruction == "splat" else 1)
